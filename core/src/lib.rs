@@ -1,0 +1,36 @@
+//! Statistics, random fields and the two-phase GIMP solver of Runout.
+//!
+//! The modules stand in the order in which the data passes them:
+//!
+//! 1. [`site`] reads a table of measured properties (text in, [`site::SiteData`] out).
+//! 2. [`campaign`] reads and checks the campaign file: [`campaign::Campaign`] cannot be wrong.
+//! 3. [`marginal`] and [`copula`] are the distribution families; [`fit`] fits them to the site data.
+//! 4. [`spec`] freezes campaign and fit; its digest is the campaign's identity.
+//! 5. [`seed`] derives the random streams from (campaign seed, index, purpose).
+//! 6. [`field`] turns a stream into cross-correlated random fields.
+//! 7. [`slope`] and [`points`] lay out the geometry and the material points.
+//! 8. [`gimp`] carries the points through failure to rest.
+//! 9. [`runout`] measures what moved; [`outcome`] is the record of one realisation.
+//! 10. [`realisation`] is the whole way from (spec, index) to an outcome.
+//! 11. [`estimate`] folds outcomes, in index order, into estimates, intervals and the stopping decision.
+//!
+//! Nothing here knows a file, a clock, an environment variable or a transport.
+
+pub mod site;
+
+pub mod campaign;
+
+pub mod copula;
+pub mod marginal;
+
+pub mod fit;
+
+pub mod spec;
+
+pub mod seed;
+
+pub mod gimp;
+
+pub mod outcome;
+
+pub mod realisation;

@@ -1,0 +1,130 @@
+//! The commands, one a file, and what they share: arguments, failures, exit codes, printing.
+
+mod check;
+mod fit;
+mod init;
+
+use crate::load::LoadError;
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use thiserror::Error;
+use tracing_subscriber::EnvFilter;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 failed, 2 bad usage or bad input, 3 stopped at the maximum number of realisations \
+without convergence, 130 interrupted (resumable).
+Environment: RUST_LOG sets what is logged (error, warn, info, debug), NO_COLOR turns colours off, \
+RUNOUT_KERNEL forces a build of the solver's kernels (baseline, avx2, avx512).";
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// From a table of soil tests and a slope to the exceedance of its landslide's runout.
+///
+/// Fits distributions and a copula to measured properties, carries many random realisations of the slope through
+/// failure to rest, and reports how far they run, with intervals. Every number follows from the campaign's seed.
+#[derive(Debug, Parser)]
+#[command(name = "runout", version, after_help = EXIT_CODES, styles = STYLES, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// A command with its arguments.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write a commented example campaign and its data into a new directory
+    Init(init::InitArguments),
+    /// Validate a campaign file and print what follows from it: size, time step, memory, time
+    Check(check::CheckArguments),
+    /// Fit marginals and copulas to the site data and print them as tables
+    Fit(fit::FitArguments),
+}
+
+/// How a command that worked ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// What was asked for is done: exit code 0.
+    Done,
+    /// The maximum number of realisations was reached without convergence: exit code 3.
+    NotConverged,
+    /// Interrupted, resumable: exit code 130.
+    Interrupted,
+}
+
+/// Why a command did not work; the message is complete and made for the user.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// Bad usage or bad input: exit code 2.
+    #[error("{0}")]
+    Input(String),
+    /// The work itself failed: exit code 1.
+    #[error("{0}")]
+    Work(String),
+}
+
+impl Failure {
+    /// A failure of the work: `what` was being done when `error` came.
+    pub fn work(what: impl Display, error: impl Display) -> Failure {
+        Failure::Work(format!("{what}: {error}"))
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Failure {
+        Failure::Input(error.to_string())
+    }
+}
+
+/// Runs a command.
+///
+/// # Errors
+/// [`Failure`], with the message for the user.
+pub fn execute(command: Command) -> Result<Ending, Failure> {
+    match command {
+        Command::Init(arguments) => init::init(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Fit(arguments) => fit::fit(&arguments),
+    }
+}
+
+/// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set).
+pub fn start_logging() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,runout=info"));
+    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+    // A second call (in tests) changes nothing.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(colour)
+        .with_target(false)
+        .try_init();
+}
+
+/// Prints `text` to standard output; a reader that has gone away (`runout results DIR | head`) is no failure.
+///
+/// # Errors
+/// Standard output cannot be written, for example because the disk is full.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::work("standard output", e)),
+        _ => Ok(()),
+    }
+}
+
+/// Prints one JSON document to standard output.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document).map_err(|e| Failure::work("JSON", e))?;
+    print(&(text + "\n"))
+}

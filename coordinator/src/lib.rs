@@ -6,4 +6,6 @@
 pub mod load;
 
 pub mod cli;
+pub mod picture;
 pub mod table;
+pub mod vtu;

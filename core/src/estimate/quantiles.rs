@@ -71,8 +71,25 @@ pub fn student_t_two_sided(confidence: f64, degrees_of_freedom: f64) -> f64 {
     (degrees_of_freedom * share / (1.0 - share)).sqrt()
 }
 
+/// Logarithm of the beta function. Where an argument is large, the logarithms of its gamma functions nearly cancel,
+/// so that their difference is formed term by term from Stirling's series.
 fn ln_beta(a: f64, b: f64) -> f64 {
-    libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b)
+    // From here on four terms of the series leave less than 2e-15 (Abramowitz & Stegun 6.1.41).
+    const LARGE: f64 = 20.0;
+    let (a, b) = if a < b { (a, b) } else { (b, a) };
+    if b < LARGE {
+        return libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b);
+    }
+    // ln Gamma(b) - ln Gamma(a + b).
+    let difference =
+        a - a * libm::log(b) - (a + b - 0.5) * libm::log1p(a / b) + stirling(b) - stirling(a + b);
+    libm::lgamma(a) + difference
+}
+
+/// What Stirling's formula lacks: ln Gamma(x) - (x - 1/2) ln x + x - ln(2 pi) / 2.
+fn stirling(x: f64) -> f64 {
+    let r = 1.0 / (x * x);
+    (1.0 / 12.0 - r * (1.0 / 360.0 - r * (1.0 / 1260.0 - r / 1680.0))) / x
 }
 
 /// The continued fraction 1/(1+ d1/(1+ d2/(1+ ...))) of Abramowitz & Stegun 26.5.8.
@@ -147,7 +164,7 @@ mod tests {
 
     #[test]
     fn the_t_quantile_agrees_with_statrs_and_tables() {
-        for df in [1.0, 2.0, 5.0, 30.0, 326.0, 8162.0, 1e6] {
+        for df in [1.0, 2.0, 5.0, 30.0, 326.0, 8162.0] {
             let other = StudentsT::new(0.0, 1.0, df).unwrap();
             for confidence in [0.5, 0.8, 0.9, 0.95, 0.99, 0.999] {
                 let t = student_t_two_sided(confidence, df);
@@ -155,6 +172,9 @@ mod tests {
                 assert!((back - confidence).abs() < 1e-10, "df {df}, {confidence}: {back}");
             }
         }
+        // Abramowitz & Stegun 26.7.5: t = z + (z^3 + z) / (4 nu) + O(nu^-2).
+        let z = 1.959_963_984_540_054;
+        assert!((student_t_two_sided(0.95, 1e6) - z - (z * z * z + z) / 4e6).abs() < 1e-9);
         // Abramowitz & Stegun, Table 26.10.
         assert!((student_t_two_sided(0.95, 10.0) - 2.228).abs() < 5e-4);
         assert!((student_t_two_sided(0.99, 1.0) - 63.657).abs() < 5e-4);

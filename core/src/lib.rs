@@ -18,6 +18,8 @@
 
 pub mod site;
 
+pub mod special;
+
 pub mod campaign;
 
 pub mod copula;
@@ -29,8 +31,12 @@ pub mod spec;
 
 pub mod seed;
 
+pub mod field;
+
 pub mod gimp;
 
 pub mod outcome;
 
 pub mod realisation;
+
+pub mod estimate;

@@ -6,6 +6,8 @@
 pub mod load;
 
 pub mod cli;
+pub mod fit_tables;
 pub mod picture;
+pub mod report;
 pub mod table;
 pub mod vtu;

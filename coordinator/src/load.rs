@@ -124,6 +124,34 @@ pub fn read(path: &Path) -> Result<Inputs, LoadError> {
     Ok(Inputs { campaign, site, campaign_text, site_text })
 }
 
+/// As [`load`], from the texts that a run directory keeps; `path` names the campaign file in messages.
+///
+/// # Errors
+/// Texts that are wrong, or whose data cannot be fitted as asked.
+pub fn load_texts(
+    path: &Path,
+    campaign_text: String,
+    site_text: Option<String>,
+) -> Result<Loaded, LoadError> {
+    let campaign = campaign::parse(&campaign_text)
+        .map_err(|fault| LoadError::Campaign { path: path.to_owned(), fault })?;
+    let site = match (&campaign.site, &site_text) {
+        (Some(section), Some(text)) => {
+            let table = path.with_file_name("site.csv");
+            Some(
+                site::parse(text, &section.columns, section.zeros)
+                    .map_err(|fault| LoadError::Site { path: table, fault })?,
+            )
+        }
+        (Some(_), None) => {
+            let why = "there is no such file, and the campaign needs it".to_owned();
+            return Err(LoadError::Unreadable { path: path.with_file_name("site.csv"), why });
+        }
+        (None, _) => None,
+    };
+    fit_and_freeze(path, Inputs { campaign, site, campaign_text, site_text })
+}
+
 fn read_text(path: &Path) -> Result<String, LoadError> {
     let unreadable = |why: String| LoadError::Unreadable { path: path.to_owned(), why };
     if path.is_dir() {

@@ -23,6 +23,16 @@ impl Table {
         self.rows.push(row);
     }
 
+    /// Column names.
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// Rows of cells; a row may have a note beyond the last column.
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
     /// The table as text: two spaces between columns, every line ended.
     pub fn render(&self) -> String {
         let columns: Vec<Vec<String>> = (0..self.header.len()).map(|j| self.column(j)).collect();

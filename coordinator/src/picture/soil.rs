@@ -10,11 +10,13 @@ const WIDTH_PX: i32 = 2000;
 const LEFT_PX: i32 = 190;
 const RIGHT_PX: i32 = 270;
 const TITLE_PX: i32 = 130;
-const HEADING_PX: i32 = 70;
+const HEADING_PX: i32 = 36;
 const AXIS_PX: i32 = 125;
 const BAR_PX: i32 = 34;
 /// A tall narrow slope is drawn smaller, so that the picture stays on a screen.
 const TALLEST_PANEL_PX: f64 = 1100.0;
+/// Side of a drawn square over its point's: sheared soil would show the page between its points.
+const OVERLAP: f64 = 1.15;
 /// Room around the material, m per m of its height.
 const MARGIN_SHARE: f64 = 0.07;
 
@@ -109,15 +111,14 @@ impl SoilPicture<'_> {
         };
         let base = frame.y_px(self.base_m).round() as i32;
         canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
-        let half = self.point_size_m / 2.0;
+        let half = OVERLAP * self.point_size_m / 2.0;
         for ((&x, &y), &value) in panel.x.iter().zip(panel.y).zip(&panel.values) {
             if !(x.is_finite() && y.is_finite()) {
                 continue;
             }
             let from = (frame.x_px(x - half).round() as i32, frame.y_px(y + half).round() as i32);
             let to = (frame.x_px(x + half).round() as i32, frame.y_px(y - half).round() as i32);
-            // The corners are both inside a rectangle: the last row and column belong to the neighbour.
-            let to = ((to.0 - 1).max(from.0), (to.1 - 1).max(from.1));
+            let to = (to.0.max(from.0 + 1), to.1.max(from.1 + 1));
             canvas.rectangle(from, to, colour(panel, value), 1.0)?;
         }
         canvas.path(vec![(frame.left, base), (frame.right, base)], RGBColor(0x57, 0x53, 0x4e), 4)?;
@@ -160,7 +161,12 @@ fn draw_bar<B: DrawingBackend>(
     for row in 0..height {
         let share = (f64::from(row) + 0.5) / f64::from(height);
         let py = frame.bottom - row - 1;
-        canvas.rectangle((left, py), (left + BAR_PX, py), colour(panel, low + share * (high - low)), 1.0)?;
+        canvas.rectangle(
+            (left, py),
+            (left + BAR_PX, py + 1),
+            colour(panel, low + share * (high - low)),
+            1.0,
+        )?;
     }
     let ticks = round_ticks(low, high, (height / 70).clamp(2, 8) as usize);
     let step = ticks.get(1).map_or(1.0, |t| t - ticks[0]);

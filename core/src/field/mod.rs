@@ -12,24 +12,25 @@
 //! there is no refinement of a sampled field.
 //!
 //! All properties share one autocorrelation function, as in the paper. Where the copula is not Gaussian the later
-//! properties are rougher than asked; `effective` says by how much.
+//! properties are rougher than asked; [`effective`] says by how much.
 
 pub mod autocorrelation;
 pub mod dense;
+pub mod effective;
 pub mod factor;
 pub mod kronecker;
 pub mod lattice;
 pub mod sweep;
 
 use crate::campaign::{Autocorrelation, Field};
-use crate::copula::Copula;
+use crate::copula::{Copula, CopulaError, Sampler};
+use crate::marginal::{MarginalError, Quantile};
 use crate::seed::{self, Purpose};
 use crate::site::Property;
 use crate::spec::RandomProperty;
-use crate::special::normal_quantile;
+use crate::special::standard_normal;
 use kronecker::Kronecker;
 use lattice::Lattice;
-use rand_chacha::rand_core::Rng;
 use sweep::Sweeps;
 use thiserror::Error;
 
@@ -87,6 +88,25 @@ pub enum FieldError {
         /// Largest nugget tried.
         nugget: f64,
     },
+    /// A copula of another dimension.
+    #[error("a copula of {dimension} dimensions cannot tie {properties} random properties together")]
+    Dimension {
+        /// The copula's dimension.
+        dimension: usize,
+        /// Number of random properties.
+        properties: usize,
+    },
+    /// A copula that cannot be sampled.
+    #[error(transparent)]
+    Copula(#[from] CopulaError),
+    /// A marginal that is no distribution.
+    #[error("{property}: {source}")]
+    Marginal {
+        /// Property name.
+        property: &'static str,
+        /// Why.
+        source: MarginalError,
+    },
 }
 
 /// Everything about a campaign's fields that is the same in every realisation. Shared by threads.
@@ -95,6 +115,8 @@ pub struct FieldPlan {
     lattice: Lattice,
     correlation: Correlation,
     properties: Vec<Property>,
+    sampler: Sampler,
+    quantiles: Vec<Quantile>,
 }
 
 /// How white noise becomes a field.
@@ -102,6 +124,13 @@ pub struct FieldPlan {
 enum Correlation {
     Sweeps(Sweeps),
     Kronecker(Kronecker),
+}
+
+/// One realisation's properties at the material points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FieldSample {
+    /// One vector a random property, in the campaign's order and in edge units (kPa, degrees, kN/m3). Shape: points.
+    pub values: Vec<Vec<f64>>,
 }
 
 /// Buffers of lattice size, kept from one field to the next.
@@ -133,30 +162,62 @@ impl FieldPlan {
                 return Err(FieldError::Value { name, value });
             }
         }
-        let _ = copula;
         let lattice = Lattice::new(x, y, spacing_m, field.rotation_rad)?;
-        let correlation = match field.autocorrelation {
-            Autocorrelation::SingleExponential => {
-                Correlation::Sweeps(Sweeps::new(field, lattice.spacing_m, lattice.columns))
-            }
-            _ => Correlation::Kronecker(Kronecker::new(
-                field,
-                lattice.spacing_m,
-                lattice.columns,
-                lattice.rows,
-            )?),
+        let quantile = |random: &RandomProperty| {
+            let property = random.property.name();
+            random.marginal.check().map_err(|source| FieldError::Marginal { property, source })?;
+            Ok(Quantile::new(&random.marginal))
         };
-        Ok(FieldPlan { lattice, correlation, properties: random.iter().map(|r| r.property).collect() })
+        let sampler = Sampler::new(copula)?;
+        if sampler.dimension() != random.len() {
+            return Err(FieldError::Dimension { dimension: sampler.dimension(), properties: random.len() });
+        }
+        Ok(FieldPlan {
+            correlation: Correlation::new(field, &lattice)?,
+            lattice,
+            properties: random.iter().map(|r| r.property).collect(),
+            sampler,
+            quantiles: random.iter().map(quantile).collect::<Result<_, FieldError>>()?,
+        })
+    }
+
+    /// The fields of realisation `index` at the points.
+    pub fn sample(&self, seed: u64, index: u64) -> FieldSample {
+        let mut sample = FieldSample::default();
+        self.sample_into(seed, index, &mut Scratch::default(), &mut sample);
+        sample
+    }
+
+    /// As [`FieldPlan::sample`], into buffers kept from one realisation to the next.
+    pub fn sample_into(&self, seed: u64, index: u64, scratch: &mut Scratch, sample: &mut FieldSample) {
+        sample.values.resize_with(self.properties.len(), Vec::new);
+        for (j, values) in sample.values.iter_mut().enumerate() {
+            self.latent_into(seed, index, j, scratch, values);
+        }
+        let mixing = self.sampler.mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
+        let mut fields: Vec<&mut [f64]> = sample.values.iter_mut().map(Vec::as_mut_slice).collect();
+        self.sampler.uniforms(&mut fields, mixing);
+        for (field, quantile) in fields.into_iter().zip(&self.quantiles) {
+            quantile.apply(field);
+        }
     }
 
     /// Independent standard normal fields of realisation `index` at the points: one vector a property, in point order.
     pub fn latent(&self, seed: u64, index: u64) -> Vec<Vec<f64>> {
         let mut scratch = Scratch::default();
-        let at_points = |j: usize| {
-            self.fill_latent(seed, index, j, &mut scratch);
-            self.lattice.cells.iter().map(|&cell| scratch.cells[cell]).collect()
-        };
-        (0..self.properties.len()).map(at_points).collect()
+        let mut fields = vec![Vec::new(); self.properties.len()];
+        for (j, values) in fields.iter_mut().enumerate() {
+            self.latent_into(seed, index, j, &mut scratch, values);
+        }
+        fields
+    }
+
+    /// Largest nugget added to a correlation matrix, as a share of the variance (see [`factor::LARGEST_NUGGET`]).
+    pub fn nugget(&self) -> f64 {
+        match &self.correlation {
+            Correlation::Sweeps(_) => 0.0,
+            Correlation::Kronecker(factors) => factors.nugget(),
+        }
     }
 
     /// The lattice.
@@ -164,22 +225,30 @@ impl FieldPlan {
         &self.lattice
     }
 
-    /// The latent field of the `j`-th random property on the whole lattice, into `scratch.cells`.
-    fn fill_latent(&self, seed: u64, index: u64, j: usize, scratch: &mut Scratch) {
-        fill_white_noise(seed, index, self.properties[j], self.lattice.size(), &mut scratch.cells);
+    /// The latent field of the `j`-th random property at the points.
+    fn latent_into(&self, seed: u64, index: u64, j: usize, scratch: &mut Scratch, values: &mut Vec<f64>) {
+        // Inversion, one draw a cell in lattice order, from a stream named by the property's place among all
+        // properties: a property more or less in the campaign leaves the noise of the others as it is.
+        let mut stream = seed::stream(seed, index, Purpose::LatentField(self.properties[j] as u32));
+        scratch.cells.clear();
+        scratch.cells.extend((0..self.lattice.size()).map(|_| standard_normal(&mut stream)));
         match &self.correlation {
             Correlation::Sweeps(sweeps) => sweeps.correlate(&mut scratch.cells),
             Correlation::Kronecker(factors) => factors.correlate(&mut scratch.cells, &mut scratch.transposed),
         }
+        values.clear();
+        values.extend(self.lattice.cells.iter().map(|&cell| scratch.cells[cell]));
     }
 }
 
-/// One standard normal number a cell, in lattice order, by inversion: the same bits give the same noise whatever the
-/// other properties are.
-fn fill_white_noise(seed: u64, index: u64, property: Property, cells: usize, noise: &mut Vec<f64>) {
-    // 52 bits and a half: uniforms in the middle of 2^52 equal parts of (0, 1), so that neither 0 nor 1 occurs.
-    const PART: f64 = 1.0 / (1_u64 << 52) as f64;
-    let mut stream = seed::stream(seed, index, Purpose::LatentField(property as u32));
-    noise.clear();
-    noise.extend((0..cells).map(|_| normal_quantile(((stream.next_u64() >> 12) as f64 + 0.5) * PART)));
+impl Correlation {
+    fn new(field: &Field, lattice: &Lattice) -> Result<Correlation, FieldError> {
+        let Lattice { columns, rows, spacing_m, .. } = *lattice;
+        Ok(match field.autocorrelation {
+            Autocorrelation::SingleExponential => {
+                Correlation::Sweeps(Sweeps::new(field, spacing_m, columns))
+            }
+            _ => Correlation::Kronecker(Kronecker::new(field, spacing_m, columns, rows)?),
+        })
+    }
 }

@@ -77,8 +77,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
     }
     let estimate = estimator.estimate();
     let samples_m = estimator.samples_m().to_vec();
-    let families = families::fit(&samples_m);
-    let sensitivities = families::distances(&samples_m, &families, campaign.seed, estimate.confidence);
+    let families = families::fit(&samples_m, campaign.seed, estimate.confidence);
     let best = families.iter().find(|f| f.best);
     let distances = PROBABILITIES
         .into_iter()
@@ -86,7 +85,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
         .map(|(i, probability)| Distance {
             probability,
             empirical: exceedance::empirical_distance(&samples_m, probability, estimate.confidence),
-            fitted: sensitivities.get(i).cloned(),
+            fitted: families::distance(&families, i),
             unconditional_m: best
                 .zip(estimate.p_failure)
                 .filter(|(_, p)| *p > probability)

@@ -1,21 +1,24 @@
-//! Fits the four families to the samples of runout, and gives distances in the tail with bootstrap intervals.
+//! The families fitted to the samples of runout, by both methods, and the tail distances they give.
 //!
 //! 0.1 % cannot be read off a thousand samples; the fitted tail speaks there, and how much it depends on the choice
-//! of family is part of the answer (Efron and Tibshirani 1993, chapter 13: percentile intervals).
+//! of family is part of the answer.
 
-use rand::RngExt;
+use super::analysis::PROBABILITIES;
 use runout_core::estimate::interval::Interval;
+use runout_core::estimate::tail::{FamilyTail, TailSettings, tails};
 use runout_core::marginal::{Family, Marginal, fit};
-use runout_core::seed::{Purpose, stream};
 
-/// Bootstrap samples: their 2.5 % and 97.5 % points then have a standard error of about 0.8 % in probability.
-pub const BOOTSTRAP_SAMPLES: usize = 400;
+/// Bootstrap replicates: their 2.5 % and 97.5 % points then have a standard error of about 0.8 % in probability.
+pub const REPLICATES: u32 = 400;
 
 /// Fewest samples to which families are fitted: two parameters and something left to judge the fit by.
 pub const FEWEST_SAMPLES: usize = 5;
 
-/// Both families' parameters, p and q, are fitted.
+/// Every family has the parameters p and q.
 const PARAMETERS: usize = 2;
+
+/// A family with an AIC this much above the best has essentially no support (Burnham and Anderson 2002, section 2.6).
+const NO_SUPPORT_AIC: f64 = 10.0;
 
 /// How a family was fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +54,8 @@ pub struct FittedFamily {
     pub aic: f64,
     /// Bayesian criterion.
     pub bic: f64,
+    /// Bootstrap intervals of the distances at [`PROBABILITIES`], m; maximum likelihood only.
+    pub intervals_m: Vec<Option<Interval>>,
     /// Whether it has the smallest AIC of those fitted by maximum likelihood.
     pub best: bool,
 }
@@ -78,96 +83,66 @@ pub struct Sensitivity {
     /// By the best family, m.
     pub best_m: f64,
     /// Its bootstrap percentile interval, m.
-    pub interval_m: Interval,
+    pub interval_m: Option<Interval>,
     /// Smallest and largest over the four families by maximum likelihood, m.
     pub families_m: Interval,
     /// Smallest and largest over families and methods whose AIC is within 10 of the best, m.
     pub supported_m: Interval,
 }
 
-/// A family with an AIC this much above the best has essentially no support (Burnham and Anderson 2002, section 2.6).
-const NO_SUPPORT_AIC: f64 = 10.0;
-
-/// Fits every family by both methods; empty if the samples are too few.
-pub fn fit(samples_m: &[f64]) -> Vec<FittedFamily> {
+/// Fits every family by both methods; empty if the samples are too few. A family that cannot hold the samples is left
+/// out.
+pub fn fit(samples_m: &[f64], campaign_seed: u64, confidence: f64) -> Vec<FittedFamily> {
     if samples_m.len() < FEWEST_SAMPLES {
         return Vec::new();
     }
-    let mut families = Vec::new();
-    for method in [Method::Likelihood, Method::Moments] {
-        for family in Family::ALL {
-            let Some(marginal) = fit_one(family, method, samples_m) else { continue };
-            let log_likelihood = marginal.log_likelihood(samples_m);
-            families.push(FittedFamily {
-                family,
-                method,
-                marginal,
-                log_likelihood,
-                aic: fit::aic(log_likelihood, PARAMETERS),
-                bic: fit::bic(log_likelihood, PARAMETERS, samples_m.len()),
-                best: false,
-            });
-        }
-    }
-    let by_likelihood = families.iter_mut().filter(|f| f.method == Method::Likelihood);
-    if let Some(best) = by_likelihood.min_by(|a, b| a.aic.total_cmp(&b.aic)) {
+    let settings = TailSettings {
+        probabilities: PROBABILITIES.to_vec(),
+        confidence,
+        replicates: REPLICATES,
+        seed: campaign_seed,
+    };
+    let mut families: Vec<FittedFamily> =
+        tails(samples_m, &settings).iter().filter_map(|tail| by_likelihood(tail, samples_m)).collect();
+    if let Some(best) = families.iter_mut().min_by(|a, b| a.aic.total_cmp(&b.aic)) {
         best.best = true;
     }
+    let by_moments = Family::ALL.iter().filter_map(|family| fit::by_moments(*family, samples_m).ok());
+    families.extend(by_moments.map(|marginal| fitted(marginal, Method::Moments, samples_m)));
     families
 }
 
-/// Distances at [`super::analysis::PROBABILITIES`]; empty without a fitted family.
-pub fn distances(
-    samples_m: &[f64],
-    families: &[FittedFamily],
-    campaign_seed: u64,
-    confidence: f64,
-) -> Vec<Sensitivity> {
-    let Some(best) = families.iter().find(|f| f.best) else { return Vec::new() };
-    let resampled = bootstrap(samples_m, best.family, campaign_seed);
-    super::analysis::PROBABILITIES
-        .into_iter()
-        .map(|probability| {
-            let mut distances: Vec<f64> =
-                resampled.iter().map(|m| m.quantile(1.0 - probability)).filter(|d| d.is_finite()).collect();
-            distances.sort_by(f64::total_cmp);
-            let of = |keep: &dyn Fn(&&FittedFamily) -> bool| {
-                let values = families.iter().filter(keep).map(|f| f.distance_m(probability));
-                values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
-            };
-            Sensitivity {
-                best_m: best.distance_m(probability),
-                interval_m: percentiles(&distances, confidence, best.distance_m(probability)),
-                families_m: of(&|f| f.method == Method::Likelihood),
-                supported_m: of(&|f| f.aic - best.aic <= NO_SUPPORT_AIC),
-            }
-        })
-        .collect()
-}
-
-fn fit_one(family: Family, method: Method, samples_m: &[f64]) -> Option<Marginal> {
-    match method {
-        Method::Likelihood => fit::by_likelihood(family, samples_m).ok(),
-        Method::Moments => fit::by_moments(family, samples_m).ok(),
-    }
-}
-
-/// The family fitted to resampled samples; a resample that cannot be fitted is left out.
-fn bootstrap(samples_m: &[f64], family: Family, campaign_seed: u64) -> Vec<Marginal> {
-    let mut random = stream(campaign_seed, 0, Purpose::ReportBootstrap);
-    let mut resample = vec![0.0; samples_m.len()];
-    (0..BOOTSTRAP_SAMPLES)
-        .filter_map(|_| {
-            resample.fill_with(|| samples_m[random.random_range(0..samples_m.len())]);
-            fit_one(family, Method::Likelihood, &resample)
-        })
-        .collect()
-}
-
-fn percentiles(sorted: &[f64], confidence: f64, otherwise: f64) -> Interval {
-    let at = |share: f64| {
-        let place = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
-        sorted.get(place).copied().unwrap_or(otherwise)
+/// The distance exceeded with the `place`-th of [`PROBABILITIES`]; absent without a fitted family.
+pub fn distance(families: &[FittedFamily], place: usize) -> Option<Sensitivity> {
+    let best = families.iter().find(|f| f.best)?;
+    let probability = PROBABILITIES[place];
+    let over = |keep: &dyn Fn(&&FittedFamily) -> bool| {
+        let values = families.iter().filter(keep).map(|f| f.distance_m(probability));
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
     };
-    [at(0.5 - 0.5 * confidence), at(0.5 + 0.5 * confidence)]
+    Some(Sensitivity {
+        best_m: best.distance_m(probability),
+        interval_m: best.intervals_m.get(place).copied().flatten(),
+        families_m: over(&|f| f.method == Method::Likelihood),
+        supported_m: over(&|f| f.aic - best.aic <= NO_SUPPORT_AIC),
+    })
+}
+
+fn by_likelihood(tail: &FamilyTail, samples_m: &[f64]) -> Option<FittedFamily> {
+    let intervals_m = tail.distances.iter().map(|d| d.interval_m).collect();
+    Some(FittedFamily { intervals_m, ..fitted(tail.fit?, Method::Likelihood, samples_m) })
+}
+
+fn fitted(marginal: Marginal, method: Method, samples_m: &[f64]) -> FittedFamily {
+    let log_likelihood = marginal.log_likelihood(samples_m);
+    FittedFamily {
+        family: marginal.family,
+        method,
+        marginal,
+        log_likelihood,
+        aic: fit::aic(log_likelihood, PARAMETERS),
+        bic: fit::bic(log_likelihood, PARAMETERS, samples_m.len()),
+        intervals_m: Vec::new(),
+        best: false,
+    }
 }

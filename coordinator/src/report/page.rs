@@ -91,7 +91,7 @@ fn tail_in_words(analysis: &Analysis) -> String {
             Some(format!(
                 "{word} goes beyond {} m ({})",
                 metres(fitted.best_m),
-                interval(fitted.interval_m, |v| format!("{} m", metres(v)))
+                optional_interval(fitted.interval_m, |v| format!("{} m", metres(v)))
             ))
         })
         .collect();
@@ -199,7 +199,7 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
                 d.empirical.distance_m.map_or_else(dash, metres),
                 d.empirical.upper_bound_m.map_or_else(dash, metres),
                 fitted(&|f| metres(f.best_m)),
-                fitted(&|f| interval(f.interval_m, metres)),
+                fitted(&|f| f.interval_m.map_or_else(dash, |i| interval(i, metres))),
                 fitted(&|f| interval(f.families_m, metres)),
                 fitted(&|f| interval(f.supported_m, metres)),
                 d.unconditional_m.map_or_else(dash, metres),

@@ -245,9 +245,7 @@ impl Correlation {
     fn new(field: &Field, lattice: &Lattice) -> Result<Correlation, FieldError> {
         let Lattice { columns, rows, spacing_m, .. } = *lattice;
         Ok(match field.autocorrelation {
-            Autocorrelation::SingleExponential => {
-                Correlation::Sweeps(Sweeps::new(field, spacing_m, columns))
-            }
+            Autocorrelation::SingleExponential => Correlation::Sweeps(Sweeps::new(field, spacing_m, columns)),
             _ => Correlation::Kronecker(Kronecker::new(field, spacing_m, columns, rows)?),
         })
     }

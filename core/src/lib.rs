@@ -19,8 +19,6 @@
 
 pub mod site;
 
-pub mod special;
-
 pub mod campaign;
 
 mod numeric;

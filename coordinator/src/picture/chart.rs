@@ -15,8 +15,8 @@ pub const SERIES: [RGBColor; 6] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
-const SIZE_PX: (u32, u32) = (1600, 900);
-const LEFT_PX: i32 = 200;
+const SIZE_PX: (u32, u32) = (1120, 740);
+const LEFT_PX: i32 = 185;
 const RIGHT_PX: i32 = 40;
 const TOP_PX: i32 = 50;
 const BOTTOM_PX: i32 = 120;
@@ -65,6 +65,15 @@ impl Series {
     }
 }
 
+/// A corner of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Corner {
+    /// Upper right.
+    UpperRight,
+    /// Lower left, for curves that fall.
+    LowerLeft,
+}
+
 /// A chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -74,8 +83,8 @@ pub struct Chart {
     pub y: Axis,
     /// What is drawn, from back to front.
     pub series: Vec<Series>,
-    /// Whether the legend stands at the right (for curves that fall) or at the left.
-    pub legend_right: bool,
+    /// Where the legend stands.
+    pub legend: Corner,
 }
 
 impl Draw for Chart {
@@ -109,12 +118,16 @@ impl Chart {
     ) -> Result<(), PictureError> {
         let named: Vec<(&Series, &str)> =
             self.series.iter().filter_map(|s| s.name.as_deref().map(|n| (s, n))).collect();
+        let height = named.len() as i32 * LEGEND_LINE_PX;
         for (i, (series, name)) in named.into_iter().enumerate() {
-            let y = frame.top + 30 + i as i32 * LEGEND_LINE_PX;
-            let (from, text_at, anchor) = if self.legend_right {
-                (frame.right - 80, frame.right - 96, Anchor::Right)
-            } else {
-                (frame.left + 24, frame.left + 100, Anchor::Left)
+            let below_top = 30 + i as i32 * LEGEND_LINE_PX;
+            let (from, y, text_at, anchor) = match self.legend {
+                Corner::UpperRight => {
+                    (frame.right - 80, frame.top + below_top, frame.right - 96, Anchor::Right)
+                }
+                Corner::LowerLeft => {
+                    (frame.left + 24, frame.bottom - height + below_top - 10, frame.left + 100, Anchor::Left)
+                }
             };
             let line = [(from, y), (from + 60, y)];
             match series.layer {

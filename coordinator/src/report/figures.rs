@@ -3,8 +3,10 @@
 use super::analysis::Analysis;
 use super::families::{FittedFamily, Method};
 use crate::picture::axes::{Axis, round_ticks};
-use crate::picture::chart::{Chart, Layer, SERIES, Series};
+use crate::picture::chart::{Chart, Corner, Layer, SERIES, Series};
 use crate::picture::{self, GREY, INK, PictureError};
+use plotters::style::RGBColor;
+use runout_core::marginal::Family;
 
 /// Abscissae of a smooth curve.
 const CURVE_POINTS: usize = 240;
@@ -93,14 +95,24 @@ fn histogram(analysis: &Analysis, method: Method) -> Chart {
     // A density may rise without bound at zero: the bars say how high the chart is.
     let top = curves.iter().flatten().map(|p| p.1).fold(highest, f64::max).min(1.6 * highest);
     let mut series = vec![Series::new(Layer::Bars { edges, heights }, SERIES[5], "samples")];
-    for ((family, points), colour) in families.iter().zip(curves).zip(SERIES) {
-        series.push(Series::new(Layer::Line(points), colour, family.family.name()));
+    for (family, points) in families.iter().zip(curves) {
+        series.push(Series::new(Layer::Line(points), colour(family.family), family.family.name()));
     }
     Chart {
         x: Axis::linear("runout (m)", 0.0, right),
         y: Axis::linear("probability density (1/m)", 0.0, 1.05 * top),
         series,
-        legend_right: true,
+        legend: Corner::UpperRight,
+    }
+}
+
+/// A family has one colour in every chart.
+fn colour(family: Family) -> RGBColor {
+    match family {
+        Family::TruncNormal => SERIES[2],
+        Family::Lognormal => SERIES[4],
+        Family::TruncGumbel => SERIES[3],
+        Family::Weibull => SERIES[1],
     }
 }
 
@@ -111,7 +123,8 @@ fn edges(samples: &[f64], largest: f64) -> Vec<f64> {
     let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
     let advised = 2.0 * (at(0.75) - at(0.25)) / (samples.len() as f64).cbrt();
     let bins = if advised > 0.0 { (largest / advised).clamp(4.0, 60.0) } else { 10.0 };
-    let ticks = round_ticks(0.0, largest, bins as usize);
+    // Rounding the width goes upwards by up to 2.5: asking for more bins centres it on what is advised.
+    let ticks = round_ticks(0.0, largest, (1.5 * bins) as usize);
     let width = ticks.get(1).copied().unwrap_or(largest.max(1.0));
     let last = (largest / width).floor() as usize + 1;
     (0..=last).map(|k| k as f64 * width).collect()
@@ -144,17 +157,17 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
         ),
     ];
     let fitted = analysis.families.iter().filter(|f| f.method == Method::Likelihood);
-    for (family, colour) in fitted.zip([SERIES[1], SERIES[2], SERIES[3], SERIES[4]]) {
+    for family in fitted {
         if logarithmic || family.best {
             let points = curve(0.0, right, |x| family.exceedance(x));
-            series.push(Series::new(Layer::Line(points), colour, family.family.name()));
+            series.push(Series::new(Layer::Line(points), colour(family.family), family.family.name()));
         }
     }
-    let y = match logarithmic {
-        true => Axis::logarithmic("probability of exceedance", low, 1.0),
-        false => Axis::linear("probability of exceedance", 0.0, 1.0),
+    let (y, legend) = match logarithmic {
+        true => (Axis::logarithmic("probability of exceedance", low, 1.0), Corner::LowerLeft),
+        false => (Axis::linear("probability of exceedance", 0.0, 1.0), Corner::UpperRight),
     };
-    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend_right: true }
+    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend }
 }
 
 /// The corners of a falling step function that is `start` before the first point.
@@ -200,7 +213,7 @@ fn convergence(analysis: &Analysis, variance: bool) -> Chart {
         x: Axis::linear("samples", 0.0, samples),
         y: Axis::linear(label, (low - margin).max(0.0), high + margin),
         series,
-        legend_right: true,
+        legend: Corner::UpperRight,
     }
 }
 

@@ -52,28 +52,28 @@ pub enum LoadError {
         why: String,
     },
     /// The campaign file is wrong.
-    #[error("{}: {fault}", path.display())]
+    #[error("{}: {error}", path.display())]
     Campaign {
         /// File.
         path: PathBuf,
         /// What is wrong.
-        fault: CampaignError,
+        error: CampaignError,
     },
     /// The site table is wrong.
-    #[error("{}: {fault}", path.display())]
+    #[error("{}: {error}", path.display())]
     Site {
         /// File.
         path: PathBuf,
         /// What is wrong.
-        fault: SiteError,
+        error: SiteError,
     },
     /// The data cannot be fitted as asked.
-    #[error("{}: {fault}", path.display())]
+    #[error("{}: {error}", path.display())]
     Fit {
         /// Campaign file.
         path: PathBuf,
         /// What is wrong.
-        fault: FitError,
+        error: FitError,
     },
 }
 
@@ -92,7 +92,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> {
     let Inputs { campaign, site, campaign_text, site_text } = inputs;
     let fit = fit::fit(&campaign.random, site.as_ref(), &campaign.fit)
-        .map_err(|fault| LoadError::Fit { path: path.to_owned(), fault })?;
+        .map_err(|error| LoadError::Fit { path: path.to_owned(), error })?;
     let spec = Spec {
         format: SPEC_FORMAT,
         seed: campaign.seed,
@@ -110,14 +110,14 @@ pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> 
 pub fn read(path: &Path) -> Result<Inputs, LoadError> {
     let campaign_text = read_text(path)?;
     let campaign = campaign::parse(&campaign_text)
-        .map_err(|fault| LoadError::Campaign { path: path.to_owned(), fault })?;
+        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
     let (site, site_text) = match &campaign.site {
         None => (None, None),
         Some(section) => {
             let table = path.parent().unwrap_or(Path::new("")).join(&section.data);
             let text = read_text(&table)?;
             let data = site::parse(&text, &section.columns, section.zeros)
-                .map_err(|fault| LoadError::Site { path: table, fault })?;
+                .map_err(|error| LoadError::Site { path: table, error })?;
             (Some(data), Some(text))
         }
     };
@@ -134,13 +134,13 @@ pub fn load_texts(
     site_text: Option<String>,
 ) -> Result<Loaded, LoadError> {
     let campaign = campaign::parse(&campaign_text)
-        .map_err(|fault| LoadError::Campaign { path: path.to_owned(), fault })?;
+        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
     let site = match (&campaign.site, &site_text) {
         (Some(section), Some(text)) => {
             let table = path.with_file_name("site.csv");
             Some(
                 site::parse(text, &section.columns, section.zeros)
-                    .map_err(|fault| LoadError::Site { path: table, fault })?,
+                    .map_err(|error| LoadError::Site { path: table, error })?,
             )
         }
         (Some(_), None) => {

@@ -2,6 +2,9 @@
 
 mod check;
 mod fit;
+mod report;
+mod results;
+mod run_records;
 mod init;
 
 use crate::load::LoadError;
@@ -46,6 +49,10 @@ pub enum Command {
     Check(check::CheckArguments),
     /// Fit marginals and copulas to the site data and print them as tables
     Fit(fit::FitArguments),
+    /// Print every outcome of a run directory, in index order
+    Results(results::ResultsArguments),
+    /// Write report.html, self-contained, and its figures into a run directory
+    Report(report::ReportArguments),
 }
 
 /// How a command that worked ended.
@@ -92,6 +99,8 @@ pub fn execute(command: Command) -> Result<Ending, Failure> {
         Command::Init(arguments) => init::init(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Results(arguments) => results::results(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
     }
 }
 

@@ -2,10 +2,10 @@
 
 mod check;
 mod fit;
+mod init;
 mod report;
 mod results;
 mod run_records;
-mod init;
 
 use crate::load::LoadError;
 use clap::builder::styling::{AnsiColor, Styles};

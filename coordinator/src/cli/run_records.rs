@@ -64,7 +64,9 @@ impl RunRecords {
     pub(super) fn warn(&self) {
         let beyond = self.view.records.len() - self.decided;
         if beyond > 0 {
-            warn!("{beyond} outcomes beyond the stopping index, or beyond the first one missing, are left out");
+            warn!(
+                "{beyond} outcomes beyond the stopping index, or beyond the first one missing, are left out"
+            );
         }
         self.notes().iter().for_each(|note| warn!("{note}"));
     }

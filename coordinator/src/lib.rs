@@ -12,6 +12,7 @@ pub mod run_directory;
 pub mod store;
 
 pub mod fit_tables;
+pub mod gallery;
 pub mod picture;
 pub mod report;
 pub mod table;

@@ -1,8 +1,13 @@
 //! The commands, one a file, and what they share: arguments, failures, exit codes, printing.
 
+mod analysis;
+mod bench;
 mod check;
+mod field;
 mod fit;
 mod init;
+mod replay;
+mod simulate;
 mod report;
 mod results;
 mod run_records;
@@ -49,10 +54,18 @@ pub enum Command {
     Check(check::CheckArguments),
     /// Fit marginals and copulas to the site data and print them as tables
     Fit(fit::FitArguments),
+    /// Write one realisation's random fields as CSV, VTU or PNG
+    Field(field::FieldArguments),
+    /// Run one analysis: a realisation, or the slope with mean properties
+    Simulate(simulate::SimulateArguments),
+    /// Measure the speed of fields and solver on one core of this machine
+    Bench(bench::BenchArguments),
     /// Print every outcome of a run directory, in index order
     Results(results::ResultsArguments),
     /// Write report.html, self-contained, and its figures into a run directory
     Report(report::ReportArguments),
+    /// Re-run one stored realisation from its seed and check that the bits are the same
+    Replay(replay::ReplayArguments),
 }
 
 /// How a command that worked ended.
@@ -99,8 +112,12 @@ pub fn execute(command: Command) -> Result<Ending, Failure> {
         Command::Init(arguments) => init::init(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Field(arguments) => field::field(&arguments),
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Replay(arguments) => replay::replay(&arguments),
     }
 }
 

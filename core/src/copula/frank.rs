@@ -49,9 +49,9 @@ pub(super) fn conditional(theta: f64, u: f64, v: f64) -> f64 {
         let s = -theta;
         let grown = libm::expm1(s * v);
         let bracket = -libm::expm1(-s) + libm::expm1(s * u) * grown * libm::exp(-s);
-        return libm::exp(s * (u - 1.0)) * grown / bracket;
+        return (libm::exp(s * (u - 1.0)) * grown / bracket).min(1.0);
     }
-    -libm::exp(-theta * u) * libm::expm1(-theta * v) / bracket(theta, u, v)
+    (-libm::exp(-theta * u) * libm::expm1(-theta * v) / bracket(theta, u, v)).min(1.0)
 }
 
 #[inline]

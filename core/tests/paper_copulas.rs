@@ -136,7 +136,8 @@ fn strong_dependence_stays_finite() {
         Copula::Plackett { theta: 1e-9 },
         Copula::Plackett { theta: 1e9 },
         Copula::No16 { theta: 1e-11 },
-        Copula::No16 { theta: 1e11 },
+        Copula::No16 { theta: 0.0 },
+        Copula::No16 { theta: 1e6 },
     ];
     let ends = [1.2e-16, 1e-9, 0.3, 0.7, 1.0 - 1e-9, 1.0 - 1.2e-16];
     for copula in &strong {

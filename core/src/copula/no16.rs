@@ -17,6 +17,10 @@ fn positive_root(s: f64, theta: f64) -> f64 {
 /// 2 theta (1 + theta / u^2)(1 + theta / v^2) / D^3 with D^2 = S^2 + 4 theta, in logarithms because the factors overflow
 /// in the lower tail.
 pub(super) fn log_density(theta: f64, u: f64, v: f64) -> f64 {
+    if theta == 0.0 {
+        // All probability lies on the antidiagonal.
+        return f64::NEG_INFINITY;
+    }
     let s = shift(theta, u, v);
     let factors = libm::log1p(theta / (u * u)) + libm::log1p(theta / (v * v));
     libm::log(2.0 * theta) + factors - 1.5 * libm::log(s * s + 4.0 * theta)

@@ -3,6 +3,7 @@
 //! Two-property families are functions of (theta, u, v): log-density, distribution function, conditional distribution
 //! h(v | u) = dC/du and its inverse in closed form. The elliptical families work in any dimension.
 
+mod density;
 mod frank;
 mod gaussian;
 mod matrix;
@@ -11,7 +12,10 @@ mod plackett;
 mod sampler;
 mod student_t;
 
+pub use density::LogDensity;
+pub(crate) use density::Scores;
 pub use gaussian::{correlation_of_tau, tau_of_correlation};
+pub(crate) use matrix::cholesky;
 pub use sampler::Sampler;
 
 use crate::numeric::root;
@@ -311,51 +315,6 @@ impl Copula {
             Family::Independent | Family::StudentT => None,
         };
         Copula::with_theta(family, theta?)
-    }
-}
-
-/// Log-density of one copula at many places.
-#[derive(Debug, Clone)]
-pub struct LogDensity(Prepared);
-
-#[derive(Debug, Clone)]
-enum Prepared {
-    Independent,
-    Pair(fn(f64, f64, f64) -> f64, f64),
-    Gaussian(gaussian::LogDensity),
-    StudentT(student_t::LogDensity),
-}
-
-impl LogDensity {
-    /// Prepares the density.
-    ///
-    /// # Errors
-    /// Parameters outside the family's range.
-    pub fn new(copula: &Copula) -> Result<LogDensity, CopulaError> {
-        copula.check()?;
-        Ok(LogDensity(match copula {
-            Copula::Independent { .. } => Prepared::Independent,
-            Copula::Plackett { theta } => Prepared::Pair(plackett::log_density, *theta),
-            Copula::Frank { theta } => Prepared::Pair(frank::log_density, *theta),
-            Copula::No16 { theta } => Prepared::Pair(no16::log_density, *theta),
-            Copula::Gaussian { correlation } => {
-                Prepared::Gaussian(gaussian::LogDensity::new(correlation).ok_or(CopulaError::Correlation)?)
-            }
-            Copula::StudentT { correlation, degrees_of_freedom } => Prepared::StudentT(
-                student_t::LogDensity::new(correlation, *degrees_of_freedom)
-                    .ok_or(CopulaError::Correlation)?,
-            ),
-        }))
-    }
-
-    /// Logarithm of the density at `u`, one coordinate in (0, 1) per property.
-    pub fn at(&self, u: &[f64]) -> f64 {
-        match &self.0 {
-            Prepared::Independent => 0.0,
-            Prepared::Pair(log_density, theta) => log_density(*theta, u[0], u[1]),
-            Prepared::Gaussian(density) => density.at(u),
-            Prepared::StudentT(density) => density.at(u),
-        }
     }
 }
 

@@ -134,6 +134,9 @@ pub enum CopulaError {
 const FRANK_THETAS: std::ops::RangeInclusive<f64> = -600.0..=600.0;
 const POSITIVE_THETAS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
+/// Tau is within 1.4e-7 of its supremum, 1/3, and the copula does not change any more.
+const NO16_LARGEST: f64 = 1e6;
+
 /// Largest number of properties of an elliptical copula.
 const MOST_PROPERTIES: usize = 8;
 
@@ -199,7 +202,7 @@ impl Copula {
             Copula::Independent { .. } => Ok(()),
             Copula::Plackett { theta } => within(*theta, POSITIVE_THETAS, "[1e-12, 1e12]"),
             // Zero is the limit of perfect negative dependence, which can be sampled but has no density.
-            Copula::No16 { theta } => within(*theta, 0.0..=*POSITIVE_THETAS.end(), "[0, 1e12]"),
+            Copula::No16 { theta } => within(*theta, 0.0..=NO16_LARGEST, "[0, 1e6]"),
             Copula::Frank { theta } => within(*theta, FRANK_THETAS, "[-600, 600]"),
             Copula::Gaussian { correlation } => check_correlation(correlation),
             Copula::StudentT { correlation, degrees_of_freedom: nu } => {
@@ -304,7 +307,7 @@ impl Copula {
                 root(*FRANK_THETAS.start(), *FRANK_THETAS.end(), |t| frank::kendall_tau(t) - tau)
             }
             Family::Plackett => positive(1e-6, 1e6, plackett::kendall_tau),
-            Family::No16 => positive(*POSITIVE_THETAS.start(), *POSITIVE_THETAS.end(), no16::kendall_tau),
+            Family::No16 => positive(*POSITIVE_THETAS.start(), NO16_LARGEST, no16::kendall_tau),
             Family::Independent | Family::StudentT => None,
         };
         Copula::with_theta(family, theta?)

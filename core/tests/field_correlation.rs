@@ -9,7 +9,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use runout_core::campaign::{Autocorrelation, Field};
 use runout_core::field::dense::Dense;
-use runout_core::field::factor::{Factor, LARGEST_NUGGET};
+use runout_core::field::factor::{Factor, LARGEST_NUGGET, MOST_PLACES};
 use runout_core::field::kronecker::Kronecker;
 use runout_core::field::sweep::Sweeps;
 
@@ -109,4 +109,13 @@ fn an_infinite_scale_is_homogeneous_and_a_tiny_one_is_white() {
     let infinite = field(Autocorrelation::SingleExponential, f64::INFINITY, f64::INFINITY);
     Sweeps::new(&infinite, 0.2, COLUMNS).correlate(&mut values);
     assert!(values.iter().all(|v| *v == first));
+}
+
+#[test]
+fn a_factor_of_absurd_size_is_refused() {
+    let refused = Factor::new(Autocorrelation::BinaryNoise, 2.0, 0.2, MOST_PLACES + 1).unwrap_err();
+    assert!(
+        refused.to_string().starts_with("a lattice of 2049 cells along one axis is too long"),
+        "{refused}"
+    );
 }

@@ -161,6 +161,16 @@ fn the_interval_of_the_standard_deviation_covers_it() {
 }
 
 #[test]
+fn the_stopping_index_is_the_same_everywhere() {
+    // Golden: every host must stop the same campaign after the same realisation.
+    let stops = |rule: &StopRule| run_campaign(rule, 3).decision();
+    let at = |n| Decision::Converged { realisations: n, samples: n };
+    assert_eq!(stops(&paper(1e-3, false, 1)), at(2115));
+    assert_eq!(stops(&paper(1e-3, true, 30)), at(1168));
+    assert_eq!(stops(&interval_of_mean(0.02)), at(2190));
+}
+
+#[test]
 fn every_part_of_the_interval_rule_must_hold() {
     let target = ExceedanceTarget { distance_m: 5.52, half_width: 0.04 };
     let all = StopRule::Interval {

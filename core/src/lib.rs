@@ -29,7 +29,12 @@ pub mod spec;
 
 pub mod seed;
 
+pub mod points;
+pub mod slope;
+
 pub mod gimp;
+
+pub mod runout;
 
 pub mod outcome;
 

@@ -39,7 +39,7 @@ impl Grid {
     }
 
     /// The cell that holds a point, as the index of its lower left node.
-    pub(super) fn cell_of(&self, x: f64, y: f64) -> usize {
+    pub(crate) fn cell_of(&self, x: f64, y: f64) -> usize {
         let along = |position: f64, origin: f64, n: usize| {
             let cell = ((position - origin) / self.cell_m).floor();
             cell.clamp(0.0, (n - 1) as f64) as usize

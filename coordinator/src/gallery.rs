@@ -66,7 +66,8 @@ impl Gallery {
 
     /// Writes a moment to the series. A fault is kept for [`Gallery::finish`]: the analysis goes on.
     pub fn observe(&mut self, snapshot: &Snapshot<'_>) {
-        let displacement_m: Vec<f64> = snapshot.ux.iter().zip(snapshot.uy).map(|(x, y)| x.hypot(*y)).collect();
+        let displacement_m: Vec<f64> =
+            snapshot.ux.iter().zip(snapshot.uy).map(|(x, y)| x.hypot(*y)).collect();
         if self.moments.last().is_none_or(|(time_s, _)| *time_s < snapshot.time_s) {
             let name = format!("{SERIES_FOLDER}/{:04}.vtu", self.moments.len());
             let file = vtu(&snapshot.state.x, &snapshot.state.y, &arrays(snapshot));
@@ -126,6 +127,7 @@ impl Gallery {
                 values: values.to_vec(),
                 range: range(values, true),
                 gradient,
+                reversed: false,
             }],
         };
         let subtitle = format!("displacement of every material point {moment}; dashed: ground before");
@@ -134,6 +136,8 @@ impl Gallery {
         let subtitle = format!("equivalent plastic strain {moment}; dashed: ground before");
         let mut strain = after("plastic strain", &last.plastic_strain, colorous::INFERNO, subtitle);
         strain.panels[0].range = (0.0, strain_top(&last.plastic_strain));
+        // What has not sheared is light, shear bands are dark.
+        strain.panels[0].reversed = true;
         put("plastic-strain.png", &picture::png(&strain)?)?;
         Ok(written)
     }
@@ -152,7 +156,15 @@ pub fn fields<'a>(
         .iter()
         .map(|&property| {
             let values = edge_units(property, properties);
-            Panel { label: label(property).to_owned(), x, y, range: range(&values, false), values, gradient: colorous::VIRIDIS }
+            Panel {
+                label: label(property).to_owned(),
+                x,
+                y,
+                range: range(&values, false),
+                values,
+                gradient: colorous::VIRIDIS,
+                reversed: false,
+            }
         })
         .collect();
     SoilPicture {

@@ -6,6 +6,8 @@
 
 pub mod load;
 
+pub mod advice;
+
 pub mod difference;
 pub mod queue;
 pub mod run_directory;

@@ -72,6 +72,12 @@ impl Table {
     }
 }
 
+/// Names and values as two columns, both to the left.
+pub fn list<S: AsRef<str>>(pairs: &[(S, String)]) -> String {
+    let width = pairs.iter().map(|(name, _)| name.as_ref().chars().count()).max().unwrap_or(0);
+    pairs.iter().map(|(name, value)| format!("{:<width$}  {value}\n", name.as_ref())).collect()
+}
+
 fn is_number(cell: &str) -> bool {
     cell.starts_with(|c: char| c.is_ascii_digit() || c == '-') && cell.parse::<f64>().is_ok()
 }

@@ -369,7 +369,10 @@ fn forced_and_given_choices_are_obeyed() {
 
     chosen.marginals[0] = MarginalChoice::Family(marginal::Family::Lognormal);
     let error = fit(&data.properties, Some(&data), &chosen).unwrap_err();
-    assert!(error.to_string().contains("cohesion_kpa") && error.to_string().contains("exactly zero"), "{error}");
+    assert!(
+        error.to_string().contains("cohesion_kpa") && error.to_string().contains("exactly zero"),
+        "{error}"
+    );
 }
 
 fn family(family: copula::Family, theta: Option<f64>) -> CopulaChoice {

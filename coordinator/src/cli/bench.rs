@@ -3,7 +3,7 @@
 use super::analysis::{kernel, prepare, watch};
 use super::{Ending, Failure, print, print_json};
 use crate::load;
-use crate::table::{Table, significant};
+use crate::table::{list, significant};
 use clap::Args;
 use runout_core::realisation::{Prepared, Source};
 use serde::Serialize;
@@ -46,16 +46,17 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<Ending, Failure> {
     if arguments.json {
         print_json(&document)?;
     } else {
-        let mut table = Table::new(["one core", "value"]);
         let show = |v: f64| significant(v, 4);
-        table.row(["kernel", document.kernel]);
-        table.row(["points", &document.points.to_string()]);
-        table.row(["realisations timed", &document.realisations.to_string()]);
-        table.row(["steps per s", &show(document.steps_per_s)]);
-        table.row(["point updates per s", &show(document.point_updates_per_s_per_core)]);
-        table.row(["seconds per realisation", &show(document.seconds_per_realisation)]);
-        table.row(["field, ms", &show(document.field_ms)]);
-        print(&table.render())?;
+        let rows = [
+            ("kernel", document.kernel.to_owned()),
+            ("points", document.points.to_string()),
+            ("realisations timed", document.realisations.to_string()),
+            ("steps per s, one core", show(document.steps_per_s)),
+            ("point updates per s, one core", show(document.point_updates_per_s_per_core)),
+            ("seconds per realisation", show(document.seconds_per_realisation)),
+            ("field, ms", show(document.field_ms)),
+        ];
+        print(&list(&rows))?;
     }
     Ok(Ending::Done)
 }

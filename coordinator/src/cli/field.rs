@@ -67,10 +67,9 @@ fn format(out: &Path) -> Result<Format, Failure> {
         Some("csv") => Ok(Format::Csv),
         Some("vtu") => Ok(Format::Vtu),
         Some("png") => Ok(Format::Png),
-        _ => Err(Failure::Input(format!(
-            "--out {}: its extension must be .csv, .vtu or .png",
-            out.display()
-        ))),
+        _ => {
+            Err(Failure::Input(format!("--out {}: its extension must be .csv, .vtu or .png", out.display())))
+        }
     }
 }
 

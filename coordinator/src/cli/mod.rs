@@ -7,10 +7,10 @@ mod field;
 mod fit;
 mod init;
 mod replay;
-mod simulate;
 mod report;
 mod results;
 mod run_records;
+mod simulate;
 
 use crate::load::LoadError;
 use clap::builder::styling::{AnsiColor, Styles};

@@ -4,7 +4,7 @@ use super::analysis::{Watched, prepare, watch};
 use super::{Ending, Failure, print, print_json};
 use crate::gallery::Gallery;
 use crate::load;
-use crate::table::{Table, significant};
+use crate::table::{list, significant};
 use clap::Args;
 use runout_core::outcome::{Measures, Outcome};
 use runout_core::realisation::Source;
@@ -95,7 +95,7 @@ pub(super) fn simulate(arguments: &SimulateArguments) -> Result<Ending, Failure>
     if arguments.json {
         print_json(&document(source, &watched, runout_m, files))?;
     } else {
-        let mut text = format!("{what}\n\n{}", table(&watched, runout_m).render());
+        let mut text = format!("{what}\n\n{}", list(&rows(&watched, runout_m)));
         files.iter().for_each(|file| text.push_str(&format!("wrote {}\n", file.display())));
         print(&text)?;
     }
@@ -130,10 +130,10 @@ fn document(source: Source, watched: &Watched, runout_m: Option<f64>, files: Vec
     }
 }
 
-fn table(watched: &Watched, runout_m: Option<f64>) -> Table {
+fn rows(watched: &Watched, runout_m: Option<f64>) -> Vec<(&'static str, String)> {
     let Watched { outcome, wall_s, steps } = watched;
-    let mut table = Table::new(["", "value"]);
-    let mut row = |name: &str, value: String| table.row([name.to_owned(), value]);
+    let mut rows = Vec::new();
+    let mut row = |name: &'static str, value: String| rows.push((name, value));
     row("outcome", format!("{} ({})", outcome.outcome.name(), outcome.reason.name()));
     let metres = |v: f64| significant(v, 6);
     if let Some(runout) = runout_m {
@@ -146,7 +146,7 @@ fn table(watched: &Watched, runout_m: Option<f64>) -> Table {
     row("wall time, s", significant(*wall_s, 4));
     row("point updates per s", significant(updates_per_s(watched), 4));
     row("digest", outcome.digest.clone());
-    table
+    rows
 }
 
 fn measures(outcome: &Outcome) -> Vec<(&'static str, f64)> {

@@ -15,8 +15,10 @@ const AXIS_PX: i32 = 125;
 const BAR_PX: i32 = 34;
 /// A tall narrow slope is drawn smaller, so that the picture stays on a screen.
 const TALLEST_PANEL_PX: f64 = 1100.0;
-/// Side of a drawn square over its point's: sheared soil would show the page between its points.
-const OVERLAP: f64 = 1.15;
+/// Side of a drawn square over its point's.
+const OVERLAP: f64 = 1.1;
+/// The same for the squares drawn first, which fill what sheared soil would show of the page between its points.
+const UNDERLAY: f64 = 1.8;
 /// Room around the material, m per m of its height.
 const MARGIN_SHARE: f64 = 0.07;
 
@@ -50,8 +52,10 @@ pub struct Panel<'a> {
     pub values: Vec<f64>,
     /// Values at the ends of the colour bar.
     pub range: (f64, f64),
-    /// Colours.
+    /// Colours, from the low to the high end.
     pub gradient: Gradient,
+    /// Whether the gradient is turned round.
+    pub reversed: bool,
 }
 
 /// Range of `values` for a colour bar: from 0 if `from_zero`, to the largest finite value.
@@ -111,7 +115,25 @@ impl SoilPicture<'_> {
         };
         let base = frame.y_px(self.base_m).round() as i32;
         canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
-        let half = OVERLAP * self.point_size_m / 2.0;
+        for size in [UNDERLAY, OVERLAP] {
+            self.draw_points(canvas, panel, &frame, size * self.point_size_m / 2.0)?;
+        }
+        canvas.path(vec![(frame.left, base), (frame.right, base)], RGBColor(0x57, 0x53, 0x4e), 4)?;
+        let ground: Vec<(i32, i32)> = self.ground.iter().map(|&(x, y)| frame.point(x, y)).collect();
+        canvas.dashed(&ground, RGBColor(0x8a, 0x8f, 0x98), 3, (16.0, 10.0))?;
+        frame.draw_edges(canvas)?;
+        frame.draw(canvas, false)?;
+        draw_bar(canvas, panel, &frame)
+    }
+
+    /// The points as squares of twice `half` m, coloured by their values.
+    fn draw_points<B: DrawingBackend>(
+        &self,
+        canvas: &Canvas<'_, B>,
+        panel: &Panel<'_>,
+        frame: &Frame,
+        half: f64,
+    ) -> Result<(), PictureError> {
         for ((&x, &y), &value) in panel.x.iter().zip(panel.y).zip(&panel.values) {
             if !(x.is_finite() && y.is_finite()) {
                 continue;
@@ -121,12 +143,7 @@ impl SoilPicture<'_> {
             let to = (to.0.max(from.0 + 1), to.1.max(from.1 + 1));
             canvas.rectangle(from, to, colour(panel, value), 1.0)?;
         }
-        canvas.path(vec![(frame.left, base), (frame.right, base)], RGBColor(0x57, 0x53, 0x4e), 4)?;
-        let ground: Vec<(i32, i32)> = self.ground.iter().map(|&(x, y)| frame.point(x, y)).collect();
-        canvas.dashed(&ground, RGBColor(0x8a, 0x8f, 0x98), 3, (16.0, 10.0))?;
-        frame.draw_edges(canvas)?;
-        frame.draw(canvas, false)?;
-        draw_bar(canvas, panel, &frame)
+        Ok(())
     }
 }
 
@@ -184,6 +201,7 @@ fn colour(panel: &Panel<'_>, value: f64) -> RGBColor {
     if !share.is_finite() {
         return RGBColor(0xff, 0x00, 0xff);
     }
-    let c = panel.gradient.eval_continuous(share.clamp(0.0, 1.0));
+    let share = share.clamp(0.0, 1.0);
+    let c = panel.gradient.eval_continuous(if panel.reversed { 1.0 - share } else { share });
     RGBColor(c.r, c.g, c.b)
 }

@@ -97,12 +97,15 @@ fn refit(copula: &Copula, uniforms: &[Vec<f64>]) -> Option<Copula> {
 /// The Cramer-von Mises statistic of pseudo-observations, one vector a property.
 fn distance(copula: &Copula, uniforms: &[Vec<f64>]) -> Option<f64> {
     if let [u, v] = uniforms {
-        return u.iter().zip(v).map(|(&u, &v)| Some((u, v, copula.cdf(u, v)?))).try_fold(0.0, |sum, place| {
-            let (a, b, fitted) = place?;
-            let below = u.iter().zip(v).filter(|(u, v)| **u <= a && **v <= b).count();
-            let gap = below as f64 / u.len() as f64 - fitted;
-            Some(sum + gap * gap)
-        });
+        return u.iter().zip(v).map(|(&u, &v)| Some((u, v, copula.cdf(u, v)?))).try_fold(
+            0.0,
+            |sum, place| {
+                let (a, b, fitted) = place?;
+                let below = u.iter().zip(v).filter(|(u, v)| **u <= a && **v <= b).count();
+                let gap = below as f64 / u.len() as f64 - fitted;
+                Some(sum + gap * gap)
+            },
+        );
     }
     let rows = transformed(copula, uniforms)?;
     let n = rows.len() as f64;

@@ -114,10 +114,10 @@ impl SoilPicture<'_> {
             y: Axis::linear("elevation (m)", y0, y1),
         };
         let base = frame.y_px(self.base_m).round() as i32;
-        canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
         for size in [UNDERLAY, OVERLAP] {
             self.draw_points(canvas, panel, &frame, size * self.point_size_m / 2.0)?;
         }
+        canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
         canvas.path(vec![(frame.left, base), (frame.right, base)], RGBColor(0x57, 0x53, 0x4e), 4)?;
         let ground: Vec<(i32, i32)> = self.ground.iter().map(|&(x, y)| frame.point(x, y)).collect();
         canvas.dashed(&ground, RGBColor(0x8a, 0x8f, 0x98), 3, (16.0, 10.0))?;

@@ -92,7 +92,11 @@ pub fn non_negative(field: &'static str, value: f64) -> Result<f64, DecodeError>
 /// It is not; the error names `field`.
 pub fn hexadecimal(field: &'static str, text: String, digits: usize) -> Result<String, DecodeError> {
     let sound = text.len() == digits && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
-    if sound { Ok(text) } else { Err(bad(field, shorten(&text), "it must be a digest of hexadecimal digits")) }
+    if sound {
+        Ok(text)
+    } else {
+        Err(bad(field, shorten(&text), "it must be a digest of hexadecimal digits"))
+    }
 }
 
 /// A worker's name: 1 to 128 printable characters.
@@ -101,7 +105,11 @@ pub fn hexadecimal(field: &'static str, text: String, digits: usize) -> Result<S
 /// It is not.
 pub fn worker_name(text: String) -> Result<String, DecodeError> {
     let sound = (1..=128).contains(&text.chars().count()) && text.chars().all(|c| !c.is_control());
-    if sound { Ok(text) } else { Err(bad("name", shorten(&text), "it must be 1 to 128 printable characters")) }
+    if sound {
+        Ok(text)
+    } else {
+        Err(bad("name", shorten(&text), "it must be 1 to 128 printable characters"))
+    }
 }
 
 /// The number of slots of a worker: 1 to 4096.

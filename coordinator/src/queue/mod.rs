@@ -561,7 +561,8 @@ impl Queue {
     }
 
     fn hang_limit(&self) -> Duration {
-        let usual = self.durations.percentile_95().unwrap_or_default().mul_f64(self.settings.straggler_factor);
+        let usual =
+            self.durations.percentile_95().unwrap_or_default().mul_f64(self.settings.straggler_factor);
         usual.max(self.settings.shortest_hang)
     }
 

@@ -52,8 +52,8 @@ impl Database {
                 return Err(StoreError::File { path: folder.to_owned(), error });
             }
             Err(Failure::Damaged(message)) => {
-                let aside = set_aside(folder)
-                    .map_err(|error| StoreError::File { path: folder.to_owned(), error })?;
+                let aside =
+                    set_aside(folder).map_err(|error| StoreError::File { path: folder.to_owned(), error })?;
                 notes.push(format!(
                     "store: sled did not open ({message}); it is kept as {} and rebuilt",
                     aside.display()

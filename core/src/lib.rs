@@ -35,7 +35,12 @@ pub mod seed;
 
 pub mod field;
 
+pub mod points;
+pub mod slope;
+
 pub mod gimp;
+
+pub mod runout;
 
 pub mod outcome;
 

@@ -60,7 +60,11 @@ pub(super) fn fit(
     };
     best.check().map_err(|e| e.to_string())?;
     if best.dimension() != dimension {
-        return Err(format!("{} joins {} properties, not {dimension}", best.family().name(), best.dimension()));
+        return Err(format!(
+            "{} joins {} properties, not {dimension}",
+            best.family().name(),
+            best.dimension()
+        ));
     }
     Ok(CopulaFit { best, chosen_by, candidates })
 }
@@ -199,7 +203,10 @@ fn pair_by_likelihood(family: Family, uniforms: &[Vec<f64>]) -> Result<Copula, S
     let found = minimise(low, high, cells, loss);
     if found.at_end {
         let tau = kendall_tau(&uniforms[0], &uniforms[1]);
-        return Err(format!("the likelihood rises to the end of theta's range; {}", out_of_reach(family, tau)));
+        return Err(format!(
+            "the likelihood rises to the end of theta's range; {}",
+            out_of_reach(family, tau)
+        ));
     }
     Copula::with_theta(family, theta(found.x)).ok_or_else(|| "no theta".to_owned())
 }
@@ -255,7 +262,7 @@ fn student_t(sample: Sample, given: Given, recipe: Recipe) -> Result<Copula, Str
 }
 
 /// Maximum likelihood of the t copula's matrix at fixed degrees of freedom.
-pub(super) fn t_correlation(start: &[Vec<f64>], nu: f64, uniforms: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+fn t_correlation(start: &[Vec<f64>], nu: f64, uniforms: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let scores = Scores::student_t(nu, uniforms);
     best_correlation(start, |r| scores.log_likelihood(r).map_or(f64::INFINITY, |l| -l))
 }

@@ -15,7 +15,9 @@ pub(super) fn fit(
     settings: &FitSettings,
 ) -> Result<MarginalFit, String> {
     let fitted: Vec<(MarginalCandidate, Option<Marginal>)> = match sample {
-        Some(sample) => Family::ALL.iter().map(|&family| candidate(family, sample, settings.recipe)).collect(),
+        Some(sample) => {
+            Family::ALL.iter().map(|&family| candidate(family, sample, settings.recipe)).collect()
+        }
         None => Vec::new(),
     };
     let (best, chosen_by) = match choice {

@@ -214,7 +214,8 @@ pub fn fit(random: &[Property], data: Option<&SiteData>, settings: &FitSettings)
         tests: data.map(SiteData::tests),
         marginals,
         dependence: (measured.len() > 1).then(|| dependence(&measured)),
-        copula: copulas::fit(complete.then_some(&measured), random.len(), settings).map_err(FitError::Copula)?,
+        copula: copulas::fit(complete.then_some(&measured), random.len(), settings)
+            .map_err(FitError::Copula)?,
     })
 }
 

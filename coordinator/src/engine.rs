@@ -4,7 +4,9 @@
 //! that the stopping index and every estimate are the same for any number of workers, and after any interruption.
 //! Outcomes beyond the stopping index are kept in the store but are no part of the results.
 
-use crate::queue::{Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId};
+use crate::queue::{
+    Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
+};
 use crate::store::Contents;
 use crate::store::log::{Entry, Record};
 use runout_core::estimate::{Decision, Estimator};
@@ -172,8 +174,12 @@ impl Engine {
     ) -> Result<Step, UnknownWorker> {
         let lease = Lease { index: outcome.index, attempt };
         let step = self.queue.report(worker, lease, &outcome.digest, now)?;
-        let name =
-            self.queue.workers().find(|(id, _)| *id == worker).map(|(_, w)| w.name.clone()).unwrap_or_default();
+        let name = self
+            .queue
+            .workers()
+            .find(|(id, _)| *id == worker)
+            .map(|(_, w)| w.name.clone())
+            .unwrap_or_default();
         let index = outcome.index;
         let record = Record { outcome, attempt, worker: name, wall_s };
         Ok(match step {

@@ -3,6 +3,7 @@
 use crate::engine::Engine;
 use crate::load;
 use crate::run_directory::{self, RunView};
+use crate::store::log::Record;
 use runout_core::campaign::{Campaign, StopRule};
 use runout_core::estimate::{Decision, Estimate, Estimator};
 use runout_core::outcome::Outcome;
@@ -218,6 +219,13 @@ pub fn fold<'a>(campaign: &Campaign, outcomes: impl Iterator<Item = &'a Outcome>
     estimator
 }
 
+/// The results of a campaign: its records in index order, up to the stopping index or the first gap.
+pub fn results<'a>(campaign: &Campaign, view: &'a RunView) -> &'a [Record] {
+    let realisations = fold(campaign, view.records.iter().map(|r| &r.outcome)).realisations();
+    // The prefix is at most as long as the records.
+    &view.records[..realisations as usize]
+}
+
 fn of_estimator(campaign: &Campaign, digest: &str, estimator: &Estimator, going_on: State) -> Status {
     let Estimate {
         realisations,
@@ -306,7 +314,11 @@ impl Status {
             for running in &worker.running {
                 text += &format!(
                     "    realisation {} (attempt {}): {:.1} s simulated, {} steps, for {}\n",
-                    running.index, running.attempt, running.simulated_s, running.steps, duration(running.for_s)
+                    running.index,
+                    running.attempt,
+                    running.simulated_s,
+                    running.steps,
+                    duration(running.for_s)
                 );
             }
         }

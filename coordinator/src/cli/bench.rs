@@ -1,7 +1,7 @@
 //! `runout bench`: the speed of fields and solver on one core of this machine.
 
 use super::analysis::{kernel, prepare, watch};
-use super::{Ending, Failure, print, print_json};
+use super::{Failure, print, print_json};
 use crate::load;
 use crate::table::{list, significant};
 use clap::Args;
@@ -39,7 +39,7 @@ struct Document {
     field_ms: f64,
 }
 
-pub(super) fn bench(arguments: &BenchArguments) -> Result<Ending, Failure> {
+pub(super) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let loaded = load::load(&arguments.campaign)?;
     let prepared = prepare(&loaded.spec)?;
     let document = measure(&prepared)?;
@@ -58,7 +58,7 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<Ending, Failure> {
         ];
         print(&list(&rows))?;
     }
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn measure(prepared: &Prepared) -> Result<Document, Failure> {

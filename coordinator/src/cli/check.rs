@@ -1,7 +1,7 @@
 //! `runout check`: validates a campaign and prints what follows from it: size, time step, memory, time, warnings.
 
 use super::analysis::{kernel, prepare};
-use super::{Ending, Failure, print, print_json};
+use super::{Failure, print, print_json};
 use crate::advice;
 use crate::load;
 use crate::table::{list, significant};
@@ -57,7 +57,7 @@ struct Scale {
     vertical_m: f64,
 }
 
-pub(super) fn check(arguments: &CheckArguments) -> Result<Ending, Failure> {
+pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let loaded = load::load(&arguments.campaign)?;
     let prepared = prepare(&loaded.spec)?;
     let speed = probe(&prepared);
@@ -95,7 +95,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Ending, Failure> {
     } else {
         print(&text(&arguments.campaign.display().to_string(), &document))?;
     }
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn text(path: &str, document: &Document) -> String {

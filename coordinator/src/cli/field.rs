@@ -1,7 +1,7 @@
 //! `runout field`: the random fields of one realisation as a table, a ParaView file or a picture.
 
 use super::analysis::prepare;
-use super::{Ending, Failure, print};
+use super::{Failure, print};
 use crate::gallery::{edge_units, fields};
 use crate::load;
 use crate::picture;
@@ -32,7 +32,7 @@ enum Format {
     Png,
 }
 
-pub(super) fn field(arguments: &FieldArguments) -> Result<Ending, Failure> {
+pub(super) fn field(arguments: &FieldArguments) -> Result<(), Failure> {
     let FieldArguments { campaign, index, out } = arguments;
     let format = format(out)?;
     let loaded = load::load(campaign)?;
@@ -59,7 +59,7 @@ pub(super) fn field(arguments: &FieldArguments) -> Result<Ending, Failure> {
     };
     std::fs::write(out, bytes).map_err(|e| Failure::work(out.display(), e))?;
     print(&format!("wrote {} ({} points)\n", out.display(), points.len()))?;
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn format(out: &Path) -> Result<Format, Failure> {

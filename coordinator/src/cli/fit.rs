@@ -1,6 +1,6 @@
 //! `runout fit`: the fit as tables (the paper's Tables 3 to 5 for two properties, 7 and 8 for three) or JSON.
 
-use super::{Ending, Failure, print, print_json};
+use super::{Failure, print, print_json};
 use crate::fit_tables::{copulas, correlations, marginals, measured};
 use crate::load;
 use clap::{Args, ValueEnum};
@@ -40,7 +40,7 @@ struct Document<'a> {
     fit: &'a Fit,
 }
 
-pub(super) fn fit(arguments: &FitArguments) -> Result<Ending, Failure> {
+pub(super) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
     let path = &arguments.campaign;
     let mut inputs = load::read(path)?;
     match arguments.recipe {
@@ -58,7 +58,7 @@ pub(super) fn fit(arguments: &FitArguments) -> Result<Ending, Failure> {
     } else {
         print(&tables(&loaded.campaign.name, &loaded.campaign.random, &loaded.fit))?;
     }
-    Ok(Ending::Done)
+    Ok(())
 }
 
 /// The whole fit as text.

@@ -1,6 +1,6 @@
 //! `runout init`: writes a commented example campaign and its data.
 
-use super::{Ending, Failure, print};
+use super::{Failure, print};
 use clap::{Args, ValueEnum};
 use include_dir::{Dir, include_dir};
 use std::path::PathBuf;
@@ -39,7 +39,7 @@ impl Example {
     }
 }
 
-pub(super) fn init(arguments: &InitArguments) -> Result<Ending, Failure> {
+pub(super) fn init(arguments: &InitArguments) -> Result<(), Failure> {
     let dir = &arguments.dir;
     let fault = |path: &std::path::Path, e: std::io::Error| Failure::work(path.display(), e);
     let targets: Vec<(PathBuf, &[u8])> = arguments
@@ -65,5 +65,5 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Ending, Failure> {
         dir.join("campaign.toml").display()
     ));
     print(&said)?;
-    Ok(Ending::Done)
+    Ok(())
 }

@@ -9,16 +9,24 @@ mod init;
 mod replay;
 mod report;
 mod results;
+pub mod run;
 mod run_records;
+pub mod serve;
 mod simulate;
+pub mod status;
 
 use crate::load::LoadError;
+use crate::local::LocalError;
+use crate::serve::ServeError;
+use crate::status::Status;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
 use thiserror::Error;
+use tokio::runtime::Runtime;
 use tracing_subscriber::EnvFilter;
 
 const EXIT_CODES: &str = "\
@@ -60,6 +68,12 @@ pub enum Command {
     Simulate(simulate::SimulateArguments),
     /// Measure the speed of fields and solver on one core of this machine
     Bench(bench::BenchArguments),
+    /// Run a whole campaign on this machine
+    Run(run::RunArgs),
+    /// Coordinate a campaign whose workers run elsewhere
+    Serve(serve::ServeArgs),
+    /// Show where a campaign stands
+    Status(status::StatusArgs),
     /// Print every outcome of a run directory, in index order
     Results(results::ResultsArguments),
     /// Write report.html, self-contained, and its figures into a run directory
@@ -68,26 +82,27 @@ pub enum Command {
     Replay(replay::ReplayArguments),
 }
 
-/// How a command that worked ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
-    /// What was asked for is done: exit code 0.
-    Done,
-    /// The maximum number of realisations was reached without convergence: exit code 3.
-    NotConverged,
-    /// Interrupted, resumable: exit code 130.
-    Interrupted,
-}
-
-/// Why a command did not work; the message is complete and made for the user.
+/// A command that cannot do what was asked; the message is made for the user.
 #[derive(Debug, Error)]
 pub enum Failure {
-    /// Bad usage or bad input: exit code 2.
+    /// The campaign cannot be read.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// It cannot be served.
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+    /// Local workers cannot be started.
+    #[error(transparent)]
+    Local(#[from] LocalError),
+    /// Bad usage or bad input.
     #[error("{0}")]
     Input(String),
-    /// The work itself failed: exit code 1.
+    /// The work itself failed.
     #[error("{0}")]
     Work(String),
+    /// Anything else that went wrong.
+    #[error(transparent)]
+    Other(#[from] anyhow::Error),
 }
 
 impl Failure {
@@ -95,30 +110,40 @@ impl Failure {
     pub fn work(what: impl Display, error: impl Display) -> Failure {
         Failure::Work(format!("{what}: {error}"))
     }
-}
 
-impl From<LoadError> for Failure {
-    fn from(error: LoadError) -> Failure {
-        Failure::Input(error.to_string())
+    /// The exit code: 2 for bad input, 1 for what went wrong on the way.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Failure::Load(_) | Failure::Input(_) | Failure::Local(LocalError::NoProgram(_)) => 2,
+            Failure::Serve(error) => error.exit_code(),
+            Failure::Local(_) | Failure::Work(_) | Failure::Other(_) => 1,
+        }
     }
 }
 
-/// Runs a command.
+/// Exit code of a command that did what was asked.
+const DONE: u8 = 0;
+
+/// Runs a command; returns the exit code.
 ///
 /// # Errors
 /// [`Failure`], with the message for the user.
-pub fn execute(command: Command) -> Result<Ending, Failure> {
-    match command {
+pub fn execute(command: Command) -> Result<u8, Failure> {
+    let done = match command {
         Command::Init(arguments) => init::init(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::Fit(arguments) => fit::fit(&arguments),
         Command::Field(arguments) => field::field(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Run(arguments) => return run::main(&arguments),
+        Command::Serve(arguments) => return serve::main(&arguments),
+        Command::Status(arguments) => return status::main(&arguments),
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
-    }
+    };
+    done.map(|()| DONE)
 }
 
 /// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set).
@@ -153,4 +178,34 @@ pub fn print(text: &str) -> Result<(), Failure> {
 pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(document).map_err(|e| Failure::work("JSON", e))?;
     print(&(text + "\n"))
+}
+
+/// The asynchronous runtime of the commands that serve or ask.
+///
+/// # Errors
+/// The system refuses threads.
+pub fn runtime() -> Result<Runtime, ServeError> {
+    Ok(tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?)
+}
+
+/// Prints the final status; returns the exit code.
+pub fn finish(status: &Status, json: bool) -> u8 {
+    if json {
+        println!("{}", serde_json::to_string_pretty(status).expect("a status is JSON"));
+    } else {
+        eprint!("{}", status.text());
+    }
+    status.state.exit_code()
+}
+
+/// A positive time from the command line, s.
+///
+/// # Errors
+/// It is none, or longer than a day.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    const LONGEST_S: f64 = 86_400.0;
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= LONGEST_S => Ok(Duration::from_secs_f64(value)),
+        _ => Err(format!("it must be a number of seconds, greater than 0 and at most {LONGEST_S}")),
+    }
 }

@@ -1,7 +1,7 @@
 //! `runout replay`: re-runs one stored realisation from its seed and compares the bits.
 
 use super::analysis::{prepare, watch};
-use super::{Ending, Failure, print, run_records::RunRecords};
+use super::{Failure, print, run_records::RunRecords};
 use crate::difference;
 use crate::gallery::Gallery;
 use clap::Args;
@@ -24,7 +24,7 @@ pub struct ReplayArguments {
 /// Time between two moments of the series, s.
 const EVERY_S: f64 = 0.25;
 
-pub(super) fn replay(arguments: &ReplayArguments) -> Result<Ending, Failure> {
+pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let ReplayArguments { dir, index, out } = arguments;
     let run = RunRecords::read(dir)?;
     let record = run.view.records.iter().find(|r| r.outcome.index == *index).ok_or_else(|| {
@@ -54,7 +54,7 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<Ending, Failure> {
     print(&said)?;
     compare(*index, &record.outcome, &watched.outcome)?;
     print(&format!("realisation {index}: the same bits, digest {}\n", watched.outcome.digest))?;
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn compare(index: u64, stored: &Outcome, found: &Outcome) -> Result<(), Failure> {

@@ -1,6 +1,6 @@
 //! `runout report`: one self-contained page and its figures, in the run directory.
 
-use super::{Ending, Failure, print, run_records::RunRecords};
+use super::{Failure, print, run_records::RunRecords};
 use crate::report::{self, Material};
 use clap::Args;
 use runout_core::outcome::Outcome;
@@ -13,7 +13,7 @@ pub struct ReportArguments {
     dir: PathBuf,
 }
 
-pub(super) fn report(arguments: &ReportArguments) -> Result<Ending, Failure> {
+pub(super) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
     let dir = &arguments.dir;
     let run = RunRecords::read(dir)?;
     run.warn();
@@ -40,7 +40,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<Ending, Failure> {
         said.push_str(&format!("wrote {}\n", path.display()));
     }
     print(&said)?;
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 //! What depends on the machine or on luck (attempt, worker, wall_s) stands last: without those columns two campaigns of
 //! the same spec are byte-identical. Numbers are in their shortest form that reads back to the same bits.
 
-use super::{Ending, Failure, print, print_json, run_records::RunRecords};
+use super::{Failure, print, print_json, run_records::RunRecords};
 use crate::store::log::Record;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -95,7 +95,7 @@ impl<'a> Row<'a> {
     }
 }
 
-pub(super) fn results(arguments: &ResultsArguments) -> Result<Ending, Failure> {
+pub(super) fn results(arguments: &ResultsArguments) -> Result<(), Failure> {
     let run = RunRecords::read(&arguments.dir)?;
     run.warn();
     let rows: Vec<Row<'_>> = run.decided().iter().map(Row::of).collect();
@@ -103,7 +103,7 @@ pub(super) fn results(arguments: &ResultsArguments) -> Result<Ending, Failure> {
         Format::Json => print_json(&rows)?,
         Format::Csv => print(&csv(&rows)?)?,
     }
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn csv(rows: &[Row<'_>]) -> Result<String, Failure> {

@@ -1,7 +1,7 @@
 //! `runout simulate`: one analysis, with pictures and a ParaView series if asked for.
 
 use super::analysis::{Watched, prepare, watch};
-use super::{Ending, Failure, print, print_json};
+use super::{Failure, print, print_json};
 use crate::gallery::Gallery;
 use crate::load;
 use crate::table::{list, significant};
@@ -69,7 +69,7 @@ struct Document<'a> {
     files: Vec<PathBuf>,
 }
 
-pub(super) fn simulate(arguments: &SimulateArguments) -> Result<Ending, Failure> {
+pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
     let loaded = load::load(&arguments.campaign)?;
     let prepared = prepare(&loaded.spec)?;
     let source = arguments.source.source();
@@ -99,7 +99,7 @@ pub(super) fn simulate(arguments: &SimulateArguments) -> Result<Ending, Failure>
         files.iter().for_each(|file| text.push_str(&format!("wrote {}\n", file.display())));
         print(&text)?;
     }
-    Ok(Ending::Done)
+    Ok(())
 }
 
 fn document(source: Source, watched: &Watched, runout_m: Option<f64>, files: Vec<PathBuf>) -> Document<'_> {

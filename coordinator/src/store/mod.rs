@@ -235,13 +235,26 @@ pub(crate) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let database = folder.path().join(DATABASE_FOLDER);
         Store::open(folder.path()).unwrap().0.commit(&outcomes(0..10), &[]).unwrap();
-        // What a power cut leaves of an unsynced sled: a file of zeros, and a snapshot that was being written.
-        let size = fs::metadata(database.join("db")).unwrap().len();
-        fs::write(database.join("db"), vec![0x5a; size as usize]).unwrap();
-        fs::write(database.join("snap.0000.generating"), b"").unwrap();
+        let size = fs::metadata(database.join("conf")).unwrap().len();
+        fs::write(database.join("conf"), vec![0x5a; size as usize]).unwrap();
         let (_store, contents) = Store::open(folder.path()).unwrap();
         assert_eq!(indices(&contents), (0..10).collect::<Vec<_>>());
         assert!(contents.notes.iter().any(|n| n.contains("rebuilt")), "{:?}", contents.notes);
+    }
+
+    #[test]
+    fn a_database_whose_data_is_gone_is_completed() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = folder.path().join(DATABASE_FOLDER).join("db");
+        Store::open(folder.path()).unwrap().0.commit(&outcomes(0..10), &[]).unwrap();
+        // What a power cut leaves of a file that was not synced: its length, without its content.
+        let size = fs::metadata(&data).unwrap().len();
+        fs::write(&data, vec![0; size as usize]).unwrap();
+        let (store, contents) = Store::open(folder.path()).unwrap();
+        assert_eq!(indices(&contents), (0..10).collect::<Vec<_>>());
+        drop(store);
+        let (_store, contents) = Store::open(folder.path()).unwrap();
+        assert_eq!(contents.notes, Vec::<String>::new());
     }
 
     #[test]

@@ -262,7 +262,7 @@ fn student_t(sample: Sample, given: Given, recipe: Recipe) -> Result<Copula, Str
 }
 
 /// Maximum likelihood of the t copula's matrix at fixed degrees of freedom.
-pub(super) fn t_correlation(start: &[Vec<f64>], nu: f64, uniforms: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+fn t_correlation(start: &[Vec<f64>], nu: f64, uniforms: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let scores = Scores::student_t(nu, uniforms);
     best_correlation(start, |r| scores.log_likelihood(r).map_or(f64::INFINITY, |l| -l))
 }

@@ -7,9 +7,10 @@
 //!
 //! The bootstrap imposes the ties of the data on each of its samples; without that, ties alone make p-values too small
 //! (for the Elkhorn River data 0.03 to 0.06 in place of 0.18 to 0.27). Degrees of freedom of a Student t copula stay as fitted,
-//! as in R's `gofCopula`.
+//! as in R's `gofCopula`; everything else is refitted to each sample by the recipe of the fit, always on average ranks.
 
-use super::copulas::{Given, Sample, by_recipe, t_correlation};
+use super::copulas::{Given, Sample, by_recipe};
+use super::ranks::{average, pseudo_observations};
 use super::{Fit, column};
 use crate::campaign::Recipe;
 use crate::copula::{Copula, Family, Sampler, cholesky};
@@ -17,8 +18,6 @@ use crate::seed::{Purpose, stream};
 use crate::site::SiteData;
 use crate::special::{StudentT, normal_cdf, normal_quantile, standard_normal};
 use serde::Serialize;
-
-use super::ranks::{average, pseudo_observations};
 
 /// How well one copula family describes the data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -34,22 +33,28 @@ pub struct GoodnessOfFit {
 
 /// Tests every fitted copula candidate of `fit` against `data`, with `replicates` bootstrap samples each.
 ///
-/// Empty for the paper's recipe, which tests none, and where the random properties were not measured together.
-/// The same `seed` gives the same result.
+/// Empty where the random properties were not measured together. The same `seed` gives the same result. The paper reports
+/// no such test; for its recipe this is the test of its estimates.
 pub fn goodness_of_fit(fit: &Fit, data: &SiteData, replicates: usize, seed: u64) -> Vec<GoodnessOfFit> {
     let columns: Option<Vec<&[f64]>> = fit.properties().into_iter().map(|p| column(data, p)).collect();
-    let Some(columns) = columns.filter(|_| fit.recipe == Recipe::Likelihood) else {
+    let Some(columns) = columns.filter(|columns| columns.len() > 1) else {
         return Vec::new();
     };
     let observed = pseudo_observations(&columns, Recipe::Likelihood);
     fit.copula
         .candidates
         .iter()
-        .filter_map(|candidate| test(&candidate.copula()?, &observed, replicates, seed))
+        .filter_map(|candidate| test(&candidate.copula()?, &observed, fit.recipe, replicates, seed))
         .collect()
 }
 
-fn test(copula: &Copula, observed: &[Vec<f64>], replicates: usize, seed: u64) -> Option<GoodnessOfFit> {
+fn test(
+    copula: &Copula,
+    observed: &[Vec<f64>],
+    recipe: Recipe,
+    replicates: usize,
+    seed: u64,
+) -> Option<GoodnessOfFit> {
     let sampler = Sampler::new(copula).ok()?;
     let family = copula.family();
     let statistic = distance(copula, observed)?;
@@ -69,7 +74,7 @@ fn test(copula: &Copula, observed: &[Vec<f64>], replicates: usize, seed: u64) ->
         }
         let uniforms: Vec<Vec<f64>> = drawn.iter().zip(&ties).map(|(c, ties)| impose_ties(c, ties)).collect();
         // A replicate whose own fit does not exist cannot be compared.
-        if let Some(value) = refit(copula, &uniforms).and_then(|own| distance(&own, &uniforms)) {
+        if let Some(value) = refit(copula, &uniforms, recipe).and_then(|own| distance(&own, &uniforms)) {
             made += 1;
             farther += usize::from(value >= statistic);
         }
@@ -84,14 +89,14 @@ fn impose_ties(drawn: &[f64], ties: &[f64]) -> Vec<f64> {
     average(drawn).into_iter().map(|rank| ties[rank as usize - 1]).collect()
 }
 
-fn refit(copula: &Copula, uniforms: &[Vec<f64>]) -> Option<Copula> {
-    if let Copula::StudentT { correlation, degrees_of_freedom } = copula {
-        let correlation = t_correlation(correlation, *degrees_of_freedom, uniforms)?;
-        return Some(Copula::StudentT { correlation, degrees_of_freedom: *degrees_of_freedom });
-    }
+fn refit(copula: &Copula, uniforms: &[Vec<f64>], recipe: Recipe) -> Option<Copula> {
     let columns: Vec<&[f64]> = uniforms.iter().map(Vec::as_slice).collect();
     let sample = Sample { columns: &columns, uniforms };
-    by_recipe(copula.family(), sample, Given::default(), Recipe::Likelihood).ok()
+    let degrees_of_freedom = match copula {
+        Copula::StudentT { degrees_of_freedom, .. } => Some(*degrees_of_freedom),
+        _ => None,
+    };
+    by_recipe(copula.family(), sample, Given { degrees_of_freedom, ..Given::default() }, recipe).ok()
 }
 
 /// The Cramer-von Mises statistic of pseudo-observations, one vector a property.

@@ -214,3 +214,6 @@ fn deviatoric_strain<S: Lanes>(elastic: &Elastic, difference: [S; 3]) -> S {
     let square = d[0].mul_add(d[0], d[1].mul_add(d[1], d[2] * d[2]));
     (square * S::splat(2.0 / 3.0)).sqrt() * S::splat(0.5 / elastic.shear)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,2 +1,18 @@
-//! The user's command.
-fn main() {}
+//! The user's command: parses, calls, maps the exit code.
+
+use clap::Parser;
+use runout::cli::{self, Arguments};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    cli::start_logging();
+    match cli::execute(arguments.command) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            // The alternate form tells the whole chain of causes.
+            eprintln!("error: {failure:#}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}

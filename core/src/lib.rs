@@ -4,7 +4,8 @@
 //!
 //! 1. [`site`] reads a table of measured properties (text in, [`site::SiteData`] out).
 //! 2. [`campaign`] reads and checks the campaign file: [`campaign::Campaign`] cannot be wrong.
-//! 3. [`marginal`] and [`copula`] are the distribution families; [`fit`] fits them to the site data.
+//! 3. [`marginal`] and [`copula`] are the distribution families, over the functions in [`special`]; [`fit`] fits them
+//!    to the site data.
 //! 4. [`spec`] freezes campaign and fit; its digest is the campaign's identity.
 //! 5. [`seed`] derives the random streams from (campaign seed, index, purpose).
 //! 6. [`field`] turns a stream into cross-correlated random fields.
@@ -20,6 +21,9 @@ pub mod site;
 
 pub mod campaign;
 
+mod numeric;
+pub mod special;
+
 pub mod copula;
 pub mod marginal;
 
@@ -29,8 +33,17 @@ pub mod spec;
 
 pub mod seed;
 
+pub mod field;
+
+pub mod points;
+pub mod slope;
+
 pub mod gimp;
+
+pub mod runout;
 
 pub mod outcome;
 
 pub mod realisation;
+
+pub mod estimate;

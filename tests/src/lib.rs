@@ -1,1 +1,199 @@
-//! System tests.
+//! System tests: a campaign as real processes on this machine.
+//!
+//! A [`Cluster`] is a temporary folder with a campaign and run directories, and the programs to work on them. Ports
+//! are chosen by the system. Nothing sleeps for luck: every wait is for a condition, with a limit.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Longest wait for anything: far longer than needed on a busy machine.
+pub const LIMIT: Duration = Duration::from_secs(60);
+const LOOK_AGAIN: Duration = Duration::from_millis(10);
+
+/// The coarse campaign of `tests/campaigns`.
+pub const COARSE: &str = include_str!("../campaigns/coarse.toml");
+
+/// Waits until `condition` gives something.
+///
+/// # Panics
+/// It does not within [`LIMIT`].
+pub fn wait_for<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(value) = condition() {
+            return value;
+        }
+        assert!(started.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+        std::thread::sleep(LOOK_AGAIN);
+    }
+}
+
+/// The folder with the programs `runout` and `runout-worker`, built as this test was.
+///
+/// # Panics
+/// They cannot be built.
+pub fn programs() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        // A test runs as target/<profile>/deps/<test>.
+        let test = std::env::current_exe().expect("a test knows its path");
+        let folder = test.ancestors().nth(2).expect("a test lies in target/<profile>/deps").to_owned();
+        let mut build = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned()));
+        build.args(["build", "--workspace", "--bins", "--quiet"]);
+        if folder.ends_with("release") {
+            build.arg("--release");
+        }
+        let built = build.current_dir(env!("CARGO_MANIFEST_DIR")).status().expect("cargo runs");
+        assert!(built.success(), "the programs cannot be built");
+        folder
+    })
+}
+
+/// A temporary folder with a campaign.
+#[derive(Debug)]
+pub struct Cluster {
+    folder: TempDir,
+}
+
+impl Cluster {
+    /// A folder with this campaign in `campaign.toml`.
+    ///
+    /// # Panics
+    /// The system refuses files.
+    pub fn new(campaign: &str) -> Cluster {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("campaign.toml"), campaign).expect("a file");
+        Cluster { folder }
+    }
+
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `runout` with these arguments, its output in files.
+    pub fn runout(&self, arguments: &[&str]) -> Process {
+        self.start(&programs().join("runout"), arguments, &[])
+    }
+
+    /// A coordinator for run directory `out` on a free port, listening.
+    pub fn serve(&self, out: &str, more: &[&str]) -> (Process, String) {
+        let mut arguments = vec!["serve", "campaign.toml", "--out", out, "--listen", "127.0.0.1:0"];
+        arguments.extend(["--heartbeat", "0.25", "--grace", "5"]);
+        arguments.extend(more);
+        // What an earlier coordinator that was killed has left says nothing about this one.
+        let address = self.path(out).join("coordinator.addr");
+        let _ = fs::remove_file(&address);
+        let mut process = self.runout(&arguments);
+        let url = wait_for("the coordinator's address", || {
+            assert!(process.running(), "the coordinator ended: {}", process.errors());
+            fs::read_to_string(&address).ok()
+        });
+        (process, url.trim().to_owned())
+    }
+
+    /// A worker of `program` for the coordinator at `url`, with a spool of its own in this folder.
+    pub fn worker(&self, program: &Path, url: &str, more: &[&str], faults: &[(&str, &str)]) -> Process {
+        let mut arguments = vec!["--coordinator", url, "--slots", "1", "--spool", "spool"];
+        arguments.extend(more);
+        self.start(program, &arguments, faults)
+    }
+
+    fn start(&self, program: &Path, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        let number = fs::read_dir(self.folder.path()).expect("the folder").count();
+        let (out, err) = (self.path(&format!("{number}.out")), self.path(&format!("{number}.err")));
+        let child = Command::new(program)
+            .args(arguments)
+            .envs(variables.iter().copied())
+            .current_dir(self.folder.path())
+            .stdin(Stdio::null())
+            .stdout(File::create(&out).expect("a file"))
+            .stderr(File::create(&err).expect("a file"))
+            .spawn()
+            .unwrap_or_else(|e| panic!("{}: {e}", program.display()));
+        Process { child, out, err }
+    }
+}
+
+/// A process that is killed when it goes out of scope.
+#[derive(Debug)]
+pub struct Process {
+    child: Child,
+    out: PathBuf,
+    err: PathBuf,
+}
+
+impl Process {
+    /// Waits for its end.
+    ///
+    /// # Panics
+    /// It does not end within [`LIMIT`].
+    pub fn wait(&mut self) -> ExitStatus {
+        let err = self.err.clone();
+        let what = format!("the end of a process that said: {}", fs::read_to_string(err).unwrap_or_default());
+        wait_for(&what, || self.child.try_wait().expect("the process is ours"))
+    }
+
+    /// Waits for its end; its exit code, or -1 if a signal ended it.
+    pub fn exit_code(&mut self) -> i32 {
+        self.wait().code().unwrap_or(-1)
+    }
+
+    /// Whether it runs.
+    pub fn running(&mut self) -> bool {
+        self.child.try_wait().expect("the process is ours").is_none()
+    }
+
+    /// Ends it at once, as kill -9 does.
+    pub fn kill(&mut self) {
+        self.child.kill().expect("the process is ours");
+        self.child.wait().expect("the process is ours");
+    }
+
+    /// Sends it SIGTERM.
+    pub fn terminate(&self) {
+        let sent = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
+        assert!(sent.expect("`kill` is there").success());
+    }
+
+    /// What it has printed.
+    pub fn output(&self) -> String {
+        fs::read_to_string(&self.out).unwrap_or_default()
+    }
+
+    /// What it has said on stderr.
+    pub fn errors(&self) -> String {
+        fs::read_to_string(&self.err).unwrap_or_default()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The results in a run directory, one JSON line a realisation, without what depends on machine or luck.
+///
+/// # Panics
+/// The directory cannot be read.
+pub fn results(out: &Path) -> String {
+    let view = runout::run_directory::read(out).expect("a run directory");
+    assert_eq!(view.damage, Vec::<String>::new());
+    let campaign = runout::status::campaign_of(&view, out).expect("a campaign");
+    let lines = runout::status::results(&campaign, &view)
+        .iter()
+        .map(|record| serde_json::to_string(&record.outcome).expect("an outcome is JSON") + "\n");
+    lines.collect()
+}
+
+/// How many outcomes a run directory holds by now.
+pub fn recorded(out: &Path) -> usize {
+    runout::run_directory::read(out).map_or(0, |view| view.records.len())
+}

@@ -1,0 +1,81 @@
+//! `runout run`: the whole campaign on this machine, coordinator here and workers as processes of their own.
+
+use super::serve::Tuning;
+use super::{Failure, finish, runtime};
+use crate::load;
+use crate::local;
+use crate::serve::{self, ServeError};
+use clap::Args;
+use std::net::SocketAddr;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Arc;
+use tokio::sync::watch;
+
+/// Arguments of `runout run`.
+#[derive(Debug, Clone, Args)]
+pub struct RunArgs {
+    /// Campaign file
+    pub campaign: PathBuf,
+    /// Run directory: made anew, or continued if it holds this campaign
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Worker processes, one realisation at a time each [default: the number of cores]
+    #[arg(long, value_name = "N")]
+    pub workers: Option<NonZeroUsize>,
+    /// Address on which the workers find the coordinator
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
+    pub listen: SocketAddr,
+    /// The worker program, if it is not beside this one
+    #[arg(long, value_name = "FILE")]
+    pub worker_program: Option<PathBuf>,
+    /// Print the final status as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How to coordinate
+    #[command(flatten)]
+    pub tuning: Tuning,
+}
+
+/// Runs the command; returns the exit code.
+///
+/// # Errors
+/// What cannot be done.
+pub fn main(args: &RunArgs) -> Result<u8, Failure> {
+    let loaded = load::load(&args.campaign)?;
+    let program = local::worker_program(args.worker_program.as_deref())?;
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let count = args.workers.map_or(cores, NonZeroUsize::get);
+    runtime()?.block_on(async {
+        let options = args.tuning.options();
+        let interrupts = serve::interruptions().map_err(ServeError::from)?;
+        // Workers of this machine only: anything beyond loopback is for `runout serve`.
+        let listener = serve::listen(args.listen, false).await?;
+        let coordinator = serve::open(&loaded, &args.out, &options)?;
+        if coordinator.shared.engine().is_over() {
+            return Ok(finish(&coordinator.shared.status(), args.json));
+        }
+        let url = format!("http://{}", listener.local_addr().map_err(ServeError::from)?);
+        let (stop, stopped) = watch::channel(false);
+        let shared = Arc::downgrade(&coordinator.shared);
+        let spool = coordinator.directory.spool();
+        let mut workers = tokio::spawn(local::keep_running(program, url, spool, count, shared, stopped));
+
+        let serving = serve::serve(listener, coordinator, &options, interrupts);
+        tokio::pin!(serving);
+        let ended = tokio::select! {
+            ended = &mut serving => ended,
+            // Workers leave in order only because the coordinator told them to: it ends by itself then.
+            left = &mut workers => match left.map_err(anyhow::Error::from)? {
+                Ok(()) => serving.await,
+                Err(error) => return Err(error.into()),
+            },
+        };
+        // Nobody listens if the workers have left.
+        let _ = stop.send(true);
+        if !workers.is_finished() {
+            workers.await.map_err(anyhow::Error::from)?.ok();
+        }
+        Ok(finish(&ended?, args.json))
+    })
+}

@@ -1,0 +1,69 @@
+//! `runout serve`: the coordinator only; workers come from elsewhere.
+
+use super::{Failure, finish, runtime, seconds};
+use crate::load;
+use crate::serve::{self, Options, ServeError};
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `runout serve`.
+#[derive(Debug, Clone, Args)]
+pub struct ServeArgs {
+    /// Campaign file
+    pub campaign: PathBuf,
+    /// Run directory: made anew, or continued if it holds this campaign
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Address to listen on; port 0 takes a free one (it is written to coordinator.addr)
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:7421")]
+    pub listen: SocketAddr,
+    /// Listen where other machines can connect, without encryption or authentication
+    #[arg(long)]
+    pub insecure: bool,
+    /// Print the final status as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How to coordinate
+    #[command(flatten)]
+    pub tuning: Tuning,
+}
+
+/// Settings of a coordinator that rarely change.
+#[derive(Debug, Clone, Args)]
+pub struct Tuning {
+    /// Time between a worker's heartbeats; three missed ones make it lost
+    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    pub heartbeat: Duration,
+    /// When interrupted, time for running realisations to finish
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    pub grace: Duration,
+}
+
+impl Tuning {
+    /// As the server takes them.
+    pub fn options(&self) -> Options {
+        Options { heartbeat: self.heartbeat, grace: self.grace }
+    }
+}
+
+/// Runs the command; returns the exit code.
+///
+/// # Errors
+/// What cannot be done.
+pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
+    let loaded = load::load(&args.campaign)?;
+    runtime()?.block_on(async {
+        let options = args.tuning.options();
+        let interrupts = serve::interruptions().map_err(ServeError::from)?;
+        let listener = serve::listen(args.listen, args.insecure).await?;
+        let coordinator = serve::open(&loaded, &args.out, &options)?;
+        if coordinator.shared.engine().is_over() {
+            return Ok(finish(&coordinator.shared.status(), args.json));
+        }
+        eprintln!("listening on http://{}", listener.local_addr().map_err(ServeError::from)?);
+        let status = serve::serve(listener, coordinator, &options, interrupts).await?;
+        Ok(finish(&status, args.json))
+    })
+}

@@ -1,0 +1,74 @@
+//! `runout status`: where a campaign stands, from its coordinator or from its run directory.
+
+use super::{Failure, runtime};
+use crate::run_directory;
+use crate::status::{self, State, Status};
+use anyhow::Context;
+use clap::Args;
+use runout_proto::v1::StatusRequest;
+use runout_proto::v1::coordinator_client::CoordinatorClient;
+use std::path::Path;
+use std::time::Duration;
+use tonic::transport::Endpoint;
+
+/// How long a coordinator may take to answer.
+const ANSWER_LIMIT: Duration = Duration::from_secs(5);
+/// Time between two looks with `--watch`.
+const WATCH_PERIOD: Duration = Duration::from_secs(2);
+
+/// Arguments of `runout status`.
+#[derive(Debug, Clone, Args)]
+pub struct StatusArgs {
+    /// Run directory, or URL of a coordinator
+    #[arg(value_name = "DIR-or-URL")]
+    pub target: String,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Look again every two seconds until the campaign does not run any more
+    #[arg(long)]
+    pub watch: bool,
+}
+
+/// Runs the command; returns the exit code.
+///
+/// # Errors
+/// Neither coordinator nor run directory can be read.
+pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
+    runtime()?.block_on(async {
+        loop {
+            let status = look(&args.target).await?;
+            if args.json {
+                println!("{}", serde_json::to_string_pretty(&status).expect("a status is JSON"));
+            } else {
+                print!("{}", status.text());
+            }
+            if !args.watch || status.state != State::Running {
+                return Ok(0);
+            }
+            tokio::time::sleep(WATCH_PERIOD).await;
+        }
+    })
+}
+
+async fn look(target: &str) -> anyhow::Result<Status> {
+    if target.starts_with("http://") || target.starts_with("https://") {
+        return ask(target).await.with_context(|| format!("{target}: no coordinator answers"));
+    }
+    let path = Path::new(target);
+    let view = run_directory::read(path)?;
+    if let Some(url) = view.address
+        && let Ok(status) = ask(&url).await
+        && status.digest == view.spec.digest()
+    {
+        return Ok(status);
+    }
+    status::of_directory(path)
+}
+
+async fn ask(url: &str) -> anyhow::Result<Status> {
+    let endpoint = Endpoint::from_shared(url.to_owned())?.connect_timeout(ANSWER_LIMIT).timeout(ANSWER_LIMIT);
+    let mut client = CoordinatorClient::new(endpoint.connect().await?);
+    let reply = client.status(StatusRequest {}).await?.into_inner();
+    Ok(serde_json::from_str(&reply.json)?)
+}

@@ -1,0 +1,238 @@
+//! A campaign in progress: the queue, the estimates folded in index order, and the decision to stop.
+//!
+//! Synchronous like the queue. Outcomes reach the estimator only as part of the contiguous prefix of indices, so
+//! that the stopping index and every estimate are the same for any number of workers, and after any interruption.
+//! Outcomes beyond the stopping index are kept in the store but are no part of the results.
+
+use crate::queue::{
+    Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
+};
+use crate::store::Contents;
+use crate::store::log::{Entry, Record};
+use runout_core::estimate::{Decision, Estimator};
+use runout_core::outcome::{Outcome, OutcomeKind, Reason};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// What became of a report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Recorded.
+    Recorded,
+    /// Recorded before, equal.
+    Duplicate,
+    /// Recorded before, different.
+    Conflict,
+    /// Of no use.
+    NotWanted,
+}
+
+/// What to do with a report.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// Answer this.
+    Answer(Verdict),
+    /// Make the entry durable, call [`Engine::stored`], then answer.
+    Store(Box<Entry>, Verdict),
+    /// The worker shall ask again.
+    Busy,
+}
+
+/// The campaign in progress.
+#[derive(Debug)]
+pub struct Engine {
+    queue: Queue,
+    estimator: Estimator,
+    /// Recorded outcomes beyond the prefix.
+    waiting: BTreeMap<u64, Outcome>,
+    conflicts: u64,
+    audits_agreed: u64,
+}
+
+impl Engine {
+    /// Continues from what the store holds (nothing, for a new campaign).
+    pub fn new(settings: Settings, estimator: Estimator, contents: &Contents, session: u32) -> Engine {
+        let mut engine = Engine {
+            queue: Queue::new(settings, session),
+            estimator,
+            waiting: BTreeMap::new(),
+            conflicts: contents.conflicts.len() as u64,
+            audits_agreed: contents.audited.len() as u64,
+        };
+        for (index, record) in &contents.records {
+            let outcome = &record.outcome;
+            let audited = contents.audited.contains(index)
+                || contents.conflicts.iter().any(|c| c.outcome.index == *index);
+            let poison = outcome.reason == Reason::Poison;
+            engine.queue.restore_recorded(*index, &outcome.digest, &record.worker, poison, audited);
+            engine.waiting.insert(*index, outcome.clone());
+        }
+        for (index, attempts) in &contents.attempts {
+            engine.queue.restore_attempts(*index, *attempts);
+        }
+        engine.fold();
+        engine
+    }
+
+    /// The queue.
+    pub fn queue(&self) -> &Queue {
+        &self.queue
+    }
+
+    /// The estimates so far.
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
+    }
+
+    /// Outcomes that contradict a recorded one.
+    pub fn conflicts(&self) -> u64 {
+        self.conflicts
+    }
+
+    /// Audits whose second run agreed.
+    pub fn audits_agreed(&self) -> u64 {
+        self.audits_agreed
+    }
+
+    /// Outcomes recorded beyond the prefix.
+    pub fn ahead(&self) -> u64 {
+        self.waiting.len() as u64
+    }
+
+    /// Whether the campaign is over.
+    pub fn is_over(&self) -> bool {
+        self.estimator.decision() != Decision::Continue
+    }
+
+    /// See [`Queue::register`].
+    pub fn register(&mut self, name: &str, slots: u32, held: &[Held], now: Duration) -> WorkerId {
+        self.queue.register(name, slots, held, now)
+    }
+
+    /// See [`Queue::lease`].
+    ///
+    /// # Errors
+    /// The worker is not known.
+    pub fn lease(&mut self, worker: WorkerId, now: Duration) -> Result<LeaseAnswer, UnknownWorker> {
+        self.queue.lease(worker, now)
+    }
+
+    /// See [`Queue::heartbeat`].
+    ///
+    /// # Errors
+    /// The worker is not known.
+    pub fn heartbeat(
+        &mut self,
+        worker: WorkerId,
+        held: &[Held],
+        now: Duration,
+    ) -> Result<(Order, Vec<Lease>, Vec<Event>), UnknownWorker> {
+        self.queue.heartbeat(worker, held, now)
+    }
+
+    /// See [`Queue::release`].
+    ///
+    /// # Errors
+    /// The worker is not known.
+    pub fn release(
+        &mut self,
+        worker: WorkerId,
+        leases: &[Lease],
+        broken: bool,
+        leaving: bool,
+        now: Duration,
+    ) -> Result<Vec<Event>, UnknownWorker> {
+        self.queue.release(worker, leases, broken, leaving, now)
+    }
+
+    /// See [`Queue::worker_died`].
+    pub fn worker_died(&mut self, name: &str) -> Vec<Event> {
+        self.queue.worker_died(name)
+    }
+
+    /// See [`Queue::tick`].
+    pub fn tick(&mut self, now: Duration) -> Vec<Event> {
+        self.queue.tick(now)
+    }
+
+    /// See [`Queue::drain`].
+    pub fn drain(&mut self) {
+        self.queue.drain();
+    }
+
+    /// Takes a report.
+    ///
+    /// # Errors
+    /// The worker is not known.
+    pub fn report(
+        &mut self,
+        worker: WorkerId,
+        attempt: u32,
+        outcome: Outcome,
+        wall_s: f64,
+        now: Duration,
+    ) -> Result<Step, UnknownWorker> {
+        let lease = Lease { index: outcome.index, attempt };
+        let step = self.queue.report(worker, lease, &outcome.digest, now)?;
+        let name = self
+            .queue
+            .workers()
+            .find(|(id, _)| *id == worker)
+            .map(|(_, w)| w.name.clone())
+            .unwrap_or_default();
+        let index = outcome.index;
+        let record = Record { outcome, attempt, worker: name, wall_s };
+        Ok(match step {
+            ReportStep::Store => Step::Store(Box::new(Entry::Outcome(record)), Verdict::Recorded),
+            ReportStep::Conflict => Step::Store(Box::new(Entry::Conflict(record)), Verdict::Conflict),
+            ReportStep::AuditAgrees => {
+                let entry = Entry::Audit { index, worker: record.worker };
+                Step::Store(Box::new(entry), Verdict::Duplicate)
+            }
+            ReportStep::Duplicate => Step::Answer(Verdict::Duplicate),
+            ReportStep::NotWanted => Step::Answer(Verdict::NotWanted),
+            ReportStep::Busy => Step::Busy,
+        })
+    }
+
+    /// An entry is durable now.
+    pub fn stored(&mut self, entry: &Entry) {
+        match entry {
+            Entry::Conflict(_) => self.conflicts += 1,
+            Entry::Audit { .. } => self.audits_agreed += 1,
+            Entry::Outcome(record) => {
+                let Record { outcome, worker, wall_s, .. } = record;
+                let poison = outcome.reason == Reason::Poison;
+                self.queue.stored(outcome.index, &outcome.digest, worker, *wall_s, poison);
+                self.waiting.insert(outcome.index, outcome.clone());
+                self.fold();
+            }
+        }
+    }
+
+    fn fold(&mut self) {
+        while !self.is_over()
+            && let Some(outcome) = self.waiting.remove(&self.estimator.next_index())
+        {
+            self.estimator.push(&outcome).expect("the outcome is the next one");
+        }
+        if self.is_over() {
+            self.queue.finish();
+        }
+    }
+}
+
+/// The entry that records an index as poison: a failed outcome that follows from the index alone.
+pub fn poison(index: u64) -> Entry {
+    let outcome = Outcome {
+        index,
+        outcome: OutcomeKind::Failed,
+        reason: Reason::Poison,
+        measures: None,
+        simulated_s: 0.0,
+        steps: 0,
+        points: 0,
+        digest: blake3::hash(&index.to_be_bytes()).to_hex()[..32].to_owned(),
+    };
+    Entry::Outcome(Record { outcome, attempt: 0, worker: "coordinator".to_owned(), wall_s: 0.0 })
+}

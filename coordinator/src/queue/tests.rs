@@ -1,0 +1,334 @@
+//! Properties of the queue under random events, and the rules one by one.
+
+use super::*;
+use proptest::prelude::*;
+
+const SECOND: Duration = Duration::from_secs(1);
+
+fn settings(maximum: u64) -> Settings {
+    Settings::new(1, 0.0, maximum)
+}
+
+fn held(lease: Lease, steps: u64) -> Held {
+    Held { lease, steps, simulated_s: 0.0, reporting: false }
+}
+
+fn assigned(answer: LeaseAnswer) -> Lease {
+    match answer {
+        LeaseAnswer::Assigned(lease) => lease,
+        other => panic!("{other:?} instead of a lease"),
+    }
+}
+
+fn digest(index: u64) -> String {
+    format!("{index:032x}")
+}
+
+/// Reports and stores in one go.
+fn finish(queue: &mut Queue, worker: WorkerId, lease: Lease, now: Duration) -> ReportStep {
+    let step = queue.report(worker, lease, &digest(lease.index), now).unwrap();
+    if step == ReportStep::Store {
+        let name = queue.workers().find(|(id, _)| *id == worker).unwrap().1.name.clone();
+        queue.stored(lease.index, &digest(lease.index), &name, 1.0, false);
+    }
+    step
+}
+
+#[test]
+fn look_ahead_is_bounded_by_the_slots() {
+    let mut queue = Queue::new(settings(100), 1);
+    let fast = queue.register("fast", 1, &[], SECOND);
+    let slow = queue.register("slow", 1, &[], SECOND);
+    let first = assigned(queue.lease(slow, SECOND).unwrap());
+    assert_eq!(first, Lease { index: 0, attempt: 1 });
+    // 4 times 2 slots beyond the prefix, which the slow worker holds at 0.
+    for index in 1..8 {
+        let lease = assigned(queue.lease(fast, SECOND).unwrap());
+        assert_eq!(lease.index, index);
+        assert_eq!(finish(&mut queue, fast, lease, SECOND), ReportStep::Store);
+    }
+    assert_eq!(queue.lease(fast, SECOND), Ok(LeaseAnswer::Wait));
+    assert_eq!(queue.prefix(), 0);
+    finish(&mut queue, slow, first, SECOND);
+    assert_eq!(queue.prefix(), 8);
+    assert_eq!(assigned(queue.lease(fast, SECOND).unwrap()).index, 8);
+    // A worker never holds more leases than it has slots.
+    assert_eq!(queue.lease(fast, SECOND), Ok(LeaseAnswer::Wait));
+}
+
+#[test]
+fn a_silent_worker_is_lost_and_three_losses_are_poison() {
+    let mut queue = Queue::new(settings(100), 1);
+    let mut now = SECOND;
+    for attempt in 1..=3 {
+        let worker = queue.register("w", 1, &[], now);
+        assert_eq!(assigned(queue.lease(worker, now).unwrap()), Lease { index: 0, attempt });
+        now += queue.settings().lost_after();
+        assert_eq!(queue.tick(now), []);
+        now += SECOND;
+        let mut expected = vec![Event::WorkerLost { name: "w".into() }];
+        if attempt == 3 {
+            expected.push(Event::Poisoned { index: 0 });
+        }
+        assert_eq!(queue.tick(now), expected);
+        assert_eq!(queue.lease(worker, now), Err(UnknownWorker));
+    }
+    queue.stored(0, "poison", "coordinator", 0.0, true);
+    assert_eq!(queue.prefix(), 1);
+    // Its outcome is not wanted any more, should it ever come.
+    let late = queue.register("late", 1, &[], now);
+    assert_eq!(queue.report(late, Lease { index: 0, attempt: 2 }, "d", now), Ok(ReportStep::NotWanted));
+}
+
+#[test]
+fn orderly_release_is_no_loss() {
+    let mut queue = Queue::new(settings(100), 1);
+    for attempt in 1..=5 {
+        let worker = queue.register("w", 1, &[], SECOND);
+        let lease = assigned(queue.lease(worker, SECOND).unwrap());
+        assert_eq!(lease, Lease { index: 0, attempt });
+        assert_eq!(queue.release(worker, &[lease], false, true, SECOND), Ok(vec![]));
+    }
+    assert_eq!(queue.attempts(0), Attempts { attempt: 5, losses: 0 });
+}
+
+#[test]
+fn a_late_result_is_welcome_and_its_repeat_is_cancelled() {
+    let mut queue = Queue::new(settings(100), 1);
+    let lost = queue.register("lost", 1, &[], SECOND);
+    let lease = assigned(queue.lease(lost, SECOND).unwrap());
+    let later = SECOND + queue.settings().lost_after() * 2;
+    queue.tick(later);
+    let other = queue.register("other", 1, &[], later);
+    let repeat = assigned(queue.lease(other, later).unwrap());
+    assert_eq!(repeat, Lease { index: 0, attempt: 2 });
+    let back = queue.register("lost", 1, &[], later);
+    assert_eq!(finish(&mut queue, back, lease, later), ReportStep::Store);
+    assert_eq!(finish(&mut queue, back, lease, later), ReportStep::Duplicate);
+    let (order, cancel, _) = queue.heartbeat(other, &[held(repeat, 5)], later).unwrap();
+    assert_eq!((order, cancel), (Order::Continue, vec![repeat]));
+}
+
+#[test]
+fn after_a_restart_a_worker_keeps_what_it_runs() {
+    let mut queue = Queue::new(settings(100), 2);
+    queue.restore_recorded(0, &digest(0), "w", false, false);
+    queue.restore_attempts(1, Attempts { attempt: 4, losses: 1 });
+    queue.restore_attempts(2, Attempts { attempt: 1, losses: 0 });
+    let running = Lease { index: 1, attempt: 4 };
+    let worker = queue.register("w", 1, &[held(running, 0)], SECOND);
+    let other = queue.register("other", 1, &[], SECOND);
+    assert_eq!(assigned(queue.lease(other, SECOND).unwrap()), Lease { index: 2, attempt: 2 });
+    assert_eq!(queue.heartbeat(worker, &[held(running, 9)], SECOND).unwrap().1, []);
+    assert_eq!(finish(&mut queue, worker, running, SECOND), ReportStep::Store);
+    assert_eq!(queue.prefix(), 2);
+}
+
+#[test]
+fn a_lease_that_never_arrived_is_taken_back() {
+    let mut queue = Queue::new(settings(100), 1);
+    let worker = queue.register("w", 1, &[], SECOND);
+    let lost = assigned(queue.lease(worker, SECOND).unwrap());
+    let later = SECOND + queue.settings().heartbeat * 3;
+    queue.heartbeat(worker, &[], later).unwrap();
+    assert_eq!(assigned(queue.lease(worker, later).unwrap()), Lease { attempt: 2, ..lost });
+}
+
+#[test]
+fn a_hang_is_told_from_a_lost_heartbeat() {
+    let mut queue = Queue::new(settings(100), 1);
+    let worker = queue.register("w", 1, &[], SECOND);
+    let lease = assigned(queue.lease(worker, SECOND).unwrap());
+    let mut now = SECOND;
+    while now < SECOND + queue.settings().shortest_hang {
+        assert_eq!(queue.heartbeat(worker, &[held(lease, 0)], now).unwrap().1, []);
+        now += queue.settings().heartbeat;
+    }
+    now += SECOND;
+    assert_eq!(queue.heartbeat(worker, &[held(lease, 0)], now).unwrap().1, [lease]);
+    assert_eq!(queue.attempts(0).losses, 1);
+}
+
+#[test]
+fn near_the_end_an_idle_worker_repeats_a_straggler() {
+    let mut queue = Queue::new(settings(20), 1);
+    let slow = queue.register("slow", 1, &[], SECOND);
+    let straggler = assigned(queue.lease(slow, SECOND).unwrap());
+    let idle = queue.register("idle", 8, &[], SECOND);
+    for _ in 1..20 {
+        let lease = assigned(queue.lease(idle, SECOND).unwrap());
+        finish(&mut queue, idle, lease, SECOND);
+    }
+    // Realisations took 1 s each: at 2 s the straggler is not late yet.
+    assert_eq!(queue.lease(idle, SECOND * 3), Ok(LeaseAnswer::Wait));
+    let repeat = assigned(queue.lease(idle, SECOND * 4).unwrap());
+    assert_eq!(repeat, Lease { index: straggler.index, attempt: 2 });
+    assert_eq!(queue.lease(idle, SECOND * 4), Ok(LeaseAnswer::Wait));
+    assert_eq!(finish(&mut queue, idle, repeat, SECOND * 5), ReportStep::Store);
+    assert_eq!(queue.prefix(), 20);
+}
+
+#[test]
+fn audits_go_to_another_worker_and_a_contradiction_sets_aside() {
+    let mut queue = Queue::new(Settings { audit_fraction: 0.999_999, ..settings(100) }, 1);
+    let first = queue.register("first", 1, &[], SECOND);
+    let lease = assigned(queue.lease(first, SECOND).unwrap());
+    finish(&mut queue, first, lease, SECOND);
+    assert_eq!(assigned(queue.lease(first, SECOND).unwrap()).index, 1);
+    let second = queue.register("second", 1, &[], SECOND);
+    let audit = assigned(queue.lease(second, SECOND).unwrap());
+    assert_eq!(audit, Lease { index: 0, attempt: 2 });
+    assert_eq!(queue.report(second, audit, &digest(0), SECOND), Ok(ReportStep::AuditAgrees));
+    assert_eq!(queue.audits_due(), 0);
+    finish(&mut queue, first, Lease { index: 1, attempt: 1 }, SECOND);
+    let audit = assigned(queue.lease(second, SECOND).unwrap());
+    assert_eq!(queue.report(second, audit, "other", SECOND), Ok(ReportStep::Conflict));
+    assert_eq!(queue.lease(second, SECOND), Ok(LeaseAnswer::Finished));
+}
+
+/// What a random peer does next.
+#[derive(Debug, Clone)]
+enum Action {
+    Register,
+    Lease(usize),
+    Heartbeat(usize),
+    Report(usize),
+    /// The worker forgets its leases and is never heard of again.
+    Vanish(usize),
+    Release(usize),
+    Leave(usize),
+    Time(u8),
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    let who = 0..8_usize;
+    prop_oneof![
+        1 => Just(Action::Register),
+        8 => who.clone().prop_map(Action::Lease),
+        3 => who.clone().prop_map(Action::Heartbeat),
+        6 => who.clone().prop_map(Action::Report),
+        1 => who.clone().prop_map(Action::Vanish),
+        1 => who.clone().prop_map(Action::Release),
+        1 => who.prop_map(Action::Leave),
+        2 => (0..8_u8).prop_map(Action::Time),
+    ]
+}
+
+/// Workers as they see themselves, and how often each index was recorded.
+#[derive(Default)]
+struct World {
+    now: Duration,
+    workers: Vec<(WorkerId, Vec<Lease>)>,
+    recorded: BTreeMap<u64, u32>,
+}
+
+impl World {
+    fn step(&mut self, queue: &mut Queue, action: Action) {
+        match action {
+            Action::Register => {
+                self.workers.push((queue.register(&format!("{:?}", self.now), 2, &[], self.now), vec![]));
+            }
+            Action::Time(seconds) => {
+                self.now += SECOND * u32::from(seconds);
+                let events = queue.tick(self.now);
+                self.note(queue, events);
+            }
+            Action::Vanish(who) => {
+                if who < self.workers.len() {
+                    self.workers.remove(who);
+                }
+            }
+            Action::Lease(who) => self.with(who, |world, id, leases| {
+                if let Ok(LeaseAnswer::Assigned(lease)) = queue.lease(id, world.now) {
+                    assert!(!leases.contains(&lease), "a lease is given out once");
+                    leases.push(lease);
+                }
+            }),
+            Action::Heartbeat(who) => self.with(who, |world, id, leases| {
+                let steps = world.now.as_secs();
+                let all: Vec<Held> = leases.iter().map(|l| held(*l, steps)).collect();
+                if let Ok((_, cancel, events)) = queue.heartbeat(id, &all, world.now) {
+                    leases.retain(|lease| !cancel.contains(lease));
+                    world.note(queue, events);
+                }
+            }),
+            Action::Report(who) => self.with(who, |world, id, leases| {
+                let Some(lease) = leases.pop() else { return };
+                match queue.report(id, lease, &digest(lease.index), world.now) {
+                    Ok(ReportStep::Store) => world.store(queue, lease.index, false),
+                    Ok(step) => assert_ne!(step, ReportStep::Conflict),
+                    Err(UnknownWorker) => leases.push(lease),
+                }
+            }),
+            Action::Release(who) => self.with(who, |world, id, leases| {
+                let lease = leases.pop();
+                let events = queue.release(id, lease.as_slice(), false, false, world.now);
+                world.note(queue, events.unwrap_or_default());
+            }),
+            Action::Leave(who) => {
+                if who < self.workers.len() {
+                    let (id, _) = self.workers.remove(who);
+                    let events = queue.release(id, &[], false, true, self.now);
+                    self.note(queue, events.unwrap_or_default());
+                }
+            }
+        }
+    }
+
+    fn with(&mut self, who: usize, act: impl FnOnce(&mut World, WorkerId, &mut Vec<Lease>)) {
+        if who < self.workers.len() {
+            let (id, mut leases) = self.workers[who].clone();
+            act(self, id, &mut leases);
+            self.workers[who].1 = leases;
+        }
+    }
+
+    fn note(&mut self, queue: &mut Queue, events: Vec<Event>) {
+        for event in events {
+            if let Event::Poisoned { index } = event {
+                self.store(queue, index, true);
+            }
+        }
+    }
+
+    fn store(&mut self, queue: &mut Queue, index: u64, poison: bool) {
+        let prefix = queue.prefix();
+        queue.stored(index, &digest(index), "w", 1.0, poison);
+        *self.recorded.entry(index).or_default() += 1;
+        assert!(queue.prefix() >= prefix, "the prefix never shrinks");
+    }
+}
+
+proptest! {
+    #[test]
+    fn whatever_happens_every_index_is_recorded_once(
+        actions in proptest::collection::vec(action(), 0..400),
+        maximum in 1_u64..60,
+        audit_fraction in 0.0..0.5_f64,
+    ) {
+        let mut queue = Queue::new(Settings { audit_fraction, ..settings(maximum) }, 1);
+        let mut world = World::default();
+        let mut most_slots = 1;
+        for action in actions {
+            world.step(&mut queue, action);
+            // Slots of vanished workers count until they are noticed, so the bound follows the most there were.
+            most_slots = most_slots.max(2 * queue.workers().count() as u64);
+            let bound = queue.prefix() + queue.settings().look_ahead_per_slot * most_slots;
+            prop_assert!(queue.leases().all(|(lease, _)| lease.index < bound.min(maximum)));
+            prop_assert!((0..queue.prefix()).all(|index| world.recorded.contains_key(&index)));
+            prop_assert!(!world.recorded.contains_key(&queue.prefix()));
+        }
+        // No lease is lost for ever: one good worker brings any campaign to its end.
+        world.workers.clear();
+        world.now += queue.settings().lost_after() * 2;
+        world.step(&mut queue, Action::Time(0));
+        world.step(&mut queue, Action::Register);
+        // Each turn records an index or completes an audit.
+        for _ in 0..2 * maximum {
+            world.step(&mut queue, Action::Lease(0));
+            world.step(&mut queue, Action::Report(0));
+        }
+        prop_assert_eq!(queue.prefix(), maximum);
+        prop_assert_eq!(world.recorded, (0..maximum).map(|index| (index, 1)).collect());
+    }
+}

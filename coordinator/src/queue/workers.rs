@@ -1,0 +1,78 @@
+//! The registered workers.
+
+use super::UnknownWorker;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Names a registration of a worker; differs between coordinator processes.
+pub type WorkerId = u64;
+
+/// A registered worker.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Worker {
+    /// Its name, for people.
+    pub name: String,
+    /// Realisations it runs at a time.
+    pub slots: u32,
+    /// When it was last heard of.
+    pub heard: Duration,
+    /// Whether it gave an outcome that contradicts another one: it gets no more leases.
+    pub set_aside: bool,
+    /// Outcomes recorded from it in this session.
+    pub done: u64,
+    /// Whether it knows that the campaign is over or the coordinator stops.
+    pub(super) told: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct Workers {
+    session: u32,
+    registered: u32,
+    by_id: BTreeMap<WorkerId, Worker>,
+}
+
+impl Workers {
+    pub(super) fn new(session: u32) -> Workers {
+        Workers { session, registered: 0, by_id: BTreeMap::new() }
+    }
+
+    pub(super) fn add(&mut self, name: &str, slots: u32, now: Duration) -> WorkerId {
+        self.registered += 1;
+        let id = u64::from(self.session) << 32 | u64::from(self.registered);
+        let worker =
+            Worker { name: name.to_owned(), slots, heard: now, set_aside: false, done: 0, told: false };
+        self.by_id.insert(id, worker);
+        id
+    }
+
+    pub(super) fn heard(&mut self, id: WorkerId, now: Duration) -> Result<&mut Worker, UnknownWorker> {
+        let worker = self.by_id.get_mut(&id).ok_or(UnknownWorker)?;
+        worker.heard = worker.heard.max(now);
+        Ok(worker)
+    }
+
+    pub(super) fn set_aside(&mut self, id: WorkerId) {
+        if let Some(worker) = self.by_id.get_mut(&id) {
+            worker.set_aside = true;
+        }
+    }
+
+    pub(super) fn count_done(&mut self, name: &str) {
+        if let Some(worker) = self.by_id.values_mut().find(|w| w.name == name) {
+            worker.done += 1;
+        }
+    }
+
+    pub(super) fn remove(&mut self, id: WorkerId) -> Option<Worker> {
+        self.by_id.remove(&id)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (WorkerId, &Worker)> {
+        self.by_id.iter().map(|(id, worker)| (*id, worker))
+    }
+
+    /// All slots together, at least one.
+    pub(super) fn slots(&self) -> u64 {
+        self.by_id.values().map(|w| u64::from(w.slots)).sum::<u64>().max(1)
+    }
+}

@@ -1,0 +1,272 @@
+//! The run directory: one directory, one campaign; portable to another machine.
+//!
+//! `campaign.toml` and `site.csv` as given, `spec.json` (the frozen spec, its digest, the build), `outcomes.log`,
+//! `store/`, `coordinator.addr` while a coordinator listens, `coordinator.lock`, `spool/` of local workers.
+//! `spec.json` is written last, so that a directory with it is complete.
+
+use crate::difference;
+use crate::store::log::{self, Record};
+use crate::store::{self, LOG_FILE, write_atomically};
+use runout_core::spec::{Spec, SpecError};
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+const CAMPAIGN_FILE: &str = "campaign.toml";
+const SITE_FILE: &str = "site.csv";
+const SPEC_FILE: &str = "spec.json";
+const ADDRESS_FILE: &str = "coordinator.addr";
+const LOCK_FILE: &str = "coordinator.lock";
+/// What may lie in a directory that becomes a run directory: what a creation that was cut short leaves.
+const BEFORE_CREATION: [&str; 3] = [CAMPAIGN_FILE, SITE_FILE, LOCK_FILE];
+
+/// A run directory that cannot be used.
+#[derive(Debug, Error)]
+pub enum RunDirectoryError {
+    /// Another coordinator works on it.
+    #[error("{}: another coordinator is working on this run directory", .0.display())]
+    Busy(PathBuf),
+    /// It holds another campaign.
+    #[error(
+        "{}: this run directory holds another campaign; take another directory, or the campaign it was made \
+         with (directory -> given):\n  {}",
+        path.display(), differences.join("\n  ")
+    )]
+    OtherCampaign {
+        /// The directory.
+        path: PathBuf,
+        /// What differs, a line each.
+        differences: Vec<String>,
+    },
+    /// It holds something else.
+    #[error("{}: not a run directory, and not empty (it holds {found})", path.display())]
+    NotEmpty {
+        /// The directory.
+        path: PathBuf,
+        /// A name in it.
+        found: String,
+    },
+    /// It holds no campaign, or not a readable one.
+    #[error("{}: {why}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        why: String,
+    },
+    /// The system refused.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        error: io::Error,
+    },
+}
+
+/// What a run directory is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct Contents<'a> {
+    /// Text of the campaign file.
+    pub campaign_text: &'a str,
+    /// Text of the site data.
+    pub site_text: Option<&'a str>,
+    /// The frozen spec.
+    pub spec: &'a Spec,
+}
+
+/// A run directory that this process works on: nobody else can until it is dropped.
+#[derive(Debug)]
+pub struct RunDirectory {
+    path: PathBuf,
+    resumed: bool,
+    /// Holds the lock.
+    _lock: File,
+}
+
+#[derive(Serialize, Deserialize)]
+struct FrozenSpec {
+    digest: String,
+    build: String,
+    spec: serde_json::Value,
+}
+
+impl RunDirectory {
+    /// Takes the directory at `path` for a campaign: creates it, or continues it if it holds the same spec.
+    ///
+    /// A campaign file that differs but freezes to the same spec (another stopping rule, say) replaces the old one.
+    ///
+    /// # Errors
+    /// Another coordinator has it, it holds another campaign or something else, or the system refuses.
+    pub fn open(path: &Path, contents: Contents<'_>) -> Result<RunDirectory, RunDirectoryError> {
+        let file = |name: &str, error| RunDirectoryError::File { path: path.join(name), error };
+        fs::create_dir_all(path).map_err(|error| file("", error))?;
+        if !path.join(SPEC_FILE).exists() {
+            refuse_unless_empty(path)?;
+        }
+        let lock = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(path.join(LOCK_FILE))
+            .map_err(|e| file(LOCK_FILE, e))?;
+        lock.try_lock().map_err(|e| match e {
+            TryLockError::WouldBlock => RunDirectoryError::Busy(path.to_owned()),
+            TryLockError::Error(error) => file(LOCK_FILE, error),
+        })?;
+
+        let resumed = path.join(SPEC_FILE).exists();
+        if resumed {
+            compare(path, contents.spec)?;
+        }
+        let put = |name: &str, text: &str| {
+            let same = fs::read(path.join(name)).is_ok_and(|old| old == text.as_bytes());
+            if same { Ok(()) } else { write_atomically(&path.join(name), text.as_bytes()) }
+                .map_err(|error| file(name, error))
+        };
+        put(CAMPAIGN_FILE, contents.campaign_text)?;
+        if let Some(text) = contents.site_text {
+            put(SITE_FILE, text)?;
+        }
+        if !resumed {
+            put(SPEC_FILE, &frozen(contents.spec))?;
+        }
+        Ok(RunDirectory { path: path.to_owned(), resumed, _lock: lock })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether it held the campaign before.
+    pub fn resumed(&self) -> bool {
+        self.resumed
+    }
+
+    /// Says where the coordinator listens.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn announce(&self, address: SocketAddr) -> io::Result<()> {
+        write_atomically(&self.path.join(ADDRESS_FILE), format!("http://{address}\n").as_bytes())
+    }
+
+    /// Takes the address back; a file that is not there is no error.
+    pub fn withdraw(&self) {
+        // A stale address is recognised by its readers, so that a failure here does no harm.
+        let _ = fs::remove_file(self.path.join(ADDRESS_FILE));
+    }
+
+    /// Where local workers spool.
+    pub fn spool(&self) -> PathBuf {
+        self.path.join("spool")
+    }
+}
+
+/// What a reader sees of a run directory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunView {
+    /// The frozen spec.
+    pub spec: Spec,
+    /// Text of the campaign file.
+    pub campaign_text: String,
+    /// Text of the site data, if the campaign has any.
+    pub site_text: Option<String>,
+    /// Every recorded outcome, in index order, gaps and outcomes beyond the stopping index included.
+    pub records: Vec<Record>,
+    /// Later outcomes that contradict a recorded one.
+    pub conflicts: Vec<Record>,
+    /// What is damaged, in words.
+    pub damage: Vec<String>,
+    /// Where the coordinator listens, or listened when it was killed.
+    pub address: Option<String>,
+}
+
+/// Reads a run directory without locks, whether or not a coordinator works on it.
+///
+/// # Errors
+/// It holds no campaign, or files that cannot be read.
+pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
+    let text = |name: &str| {
+        fs::read_to_string(path.join(name))
+            .map_err(|error| RunDirectoryError::File { path: path.join(name), error })
+    };
+    let spec = read_spec(path)?;
+    let bytes = match fs::read(path.join(LOG_FILE)) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
+        other => other.map_err(|error| RunDirectoryError::File { path: path.join(LOG_FILE), error })?,
+    };
+    let log = log::parse(&bytes);
+    let contents = store::collect(log.entries);
+    Ok(RunView {
+        spec,
+        campaign_text: text(CAMPAIGN_FILE)?,
+        site_text: path.join(SITE_FILE).exists().then(|| text(SITE_FILE)).transpose()?,
+        records: contents.records.into_values().collect(),
+        conflicts: contents.conflicts,
+        damage: log.damage,
+        address: fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned()),
+    })
+}
+
+fn frozen(spec: &Spec) -> String {
+    let frozen = FrozenSpec {
+        digest: spec.digest(),
+        build: runout_proto::identity::build(),
+        spec: spec_value(&spec.to_json()),
+    };
+    serde_json::to_string_pretty(&frozen).expect("a spec is JSON") + "\n"
+}
+
+fn spec_value(json: &str) -> serde_json::Value {
+    serde_json::from_str(json).expect("the canonical form is JSON")
+}
+
+fn read_frozen(path: &Path) -> Result<FrozenSpec, RunDirectoryError> {
+    let path = path.join(SPEC_FILE);
+    let text = fs::read_to_string(&path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => RunDirectoryError::Unreadable {
+            path: path.clone(),
+            why: "not found: this is no run directory (make one with `runout run` or `runout serve`)"
+                .to_owned(),
+        },
+        _ => RunDirectoryError::File { path: path.clone(), error },
+    })?;
+    serde_json::from_str(&text)
+        .map_err(|e| RunDirectoryError::Unreadable { path, why: format!("not a frozen spec: {e}") })
+}
+
+fn read_spec(path: &Path) -> Result<Spec, RunDirectoryError> {
+    let frozen = read_frozen(path)?;
+    let unreadable = |why: String| RunDirectoryError::Unreadable { path: path.join(SPEC_FILE), why };
+    let spec = Spec::from_json(&frozen.spec.to_string()).map_err(|e: SpecError| unreadable(e.to_string()))?;
+    if spec.digest() != frozen.digest {
+        return Err(unreadable("its digest is not the spec's: the file was changed".to_owned()));
+    }
+    Ok(spec)
+}
+
+fn compare(path: &Path, given: &Spec) -> Result<(), RunDirectoryError> {
+    let frozen = read_frozen(path)?;
+    if frozen.digest == given.digest() {
+        return read_spec(path).map(|_| ());
+    }
+    let differences = difference::lines(&frozen.spec, &spec_value(&given.to_json()));
+    Err(RunDirectoryError::OtherCampaign { path: path.to_owned(), differences })
+}
+
+fn refuse_unless_empty(path: &Path) -> Result<(), RunDirectoryError> {
+    let failed = |error| RunDirectoryError::File { path: path.to_owned(), error };
+    for entry in fs::read_dir(path).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+        let ours = BEFORE_CREATION.iter().any(|n| name == *n || name == format!("{n}.tmp"));
+        if !ours && name != format!("{SPEC_FILE}.tmp") {
+            return Err(RunDirectoryError::NotEmpty { path: path.to_owned(), found: name });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,289 @@
+//! The coordinator as a server: open the run directory, listen, and end in good order.
+//!
+//! Plain functions: `open` gives the campaign in progress, `listen` the socket, `serve` runs until the campaign is
+//! over, somebody interrupts, or the store fails.
+
+use crate::engine::Engine;
+use crate::load::Loaded;
+use crate::progress;
+use crate::queue::Settings;
+use crate::run_directory::{Contents, RunDirectory, RunDirectoryError};
+use crate::service::{Service, Shared};
+use crate::status::{State, Status};
+use crate::store::{Store, StoreError};
+use crate::writer::Writer;
+use runout_core::estimate::Estimator;
+use runout_proto::MESSAGE_LIMIT_BYTES;
+use runout_proto::v1::coordinator_server::CoordinatorServer;
+use std::hash::{BuildHasher, RandomState};
+use std::io;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use thiserror::Error;
+use tokio::net::TcpListener;
+use tokio::sync::{oneshot, watch};
+use tokio::time::{Instant, timeout};
+use tokio_stream::wrappers::TcpListenerStream;
+use tonic::transport::Server;
+
+/// Longest time any call may take: a lease call is held open for 20 s.
+const CALL_LIMIT: Duration = Duration::from_secs(40);
+/// Calls served at a time on one connection: a worker's slots and heartbeat are fewer.
+const CALLS_PER_CONNECTION: usize = 4096;
+/// A connection that has died without saying so is noticed within the sum of these.
+const KEEP_ALIVE_INTERVAL: Duration = Duration::from_secs(20);
+const KEEP_ALIVE_TIMEOUT: Duration = Duration::from_secs(20);
+/// Longest wait for open calls to end after the listener has closed: a client may not answer at all.
+const HARD_DEADLINE: Duration = Duration::from_secs(5);
+
+/// How to serve.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Time between a worker's heartbeats.
+    pub heartbeat: Duration,
+    /// After an interruption: longest time that running realisations get to finish.
+    pub grace: Duration,
+}
+
+/// Why a coordinator cannot serve.
+#[derive(Debug, Error)]
+pub enum ServeError {
+    /// The run directory cannot be used.
+    #[error(transparent)]
+    RunDirectory(#[from] RunDirectoryError),
+    /// The store cannot be opened.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The store failed while the campaign ran.
+    #[error(
+        "cannot store outcomes: {0}; nothing acknowledged is lost, repair this and run the command again"
+    )]
+    StoreFailed(String),
+    /// The address is open to other machines, and nothing protects it.
+    #[error(
+        "{0} can be reached from other machines and the connection is neither encrypted nor authenticated; \
+         listen on a loopback address, or accept that with --insecure (TLS is not available yet)"
+    )]
+    Insecure(SocketAddr),
+    /// The address is taken, or not this machine's.
+    #[error("cannot listen on {address}: {error}")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// What the system said.
+        error: io::Error,
+    },
+    /// The system refused something else.
+    #[error("{0}")]
+    System(#[from] io::Error),
+    /// The server ended by itself.
+    #[error("the server failed: {0}")]
+    Transport(#[from] tonic::transport::Error),
+}
+
+impl ServeError {
+    /// The exit code: 2 if what was asked for cannot be, 1 if it went wrong on the way.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            ServeError::RunDirectory(_) | ServeError::Insecure(_) | ServeError::Listen { .. } => 2,
+            _ => 1,
+        }
+    }
+}
+
+/// A campaign in progress, ready to be served.
+#[derive(Debug)]
+pub struct Coordinator {
+    /// Its run directory, locked.
+    pub directory: RunDirectory,
+    /// What the service works on.
+    pub shared: Arc<Shared>,
+    store: JoinHandle<()>,
+}
+
+/// Opens or continues the campaign in the run directory `out`. Blocks while files are read.
+///
+/// # Errors
+/// The directory or its store cannot be used.
+pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinator, ServeError> {
+    let contents = Contents {
+        campaign_text: &loaded.campaign_text,
+        site_text: loaded.site_text.as_deref(),
+        spec: &loaded.spec,
+    };
+    let directory = RunDirectory::open(out, contents)?;
+    let (store, stored) = Store::open(directory.path())?;
+    for note in &stored.notes {
+        tracing::warn!("{note}");
+    }
+    let campaign = loaded.campaign.clone();
+    let mut settings =
+        Settings::new(campaign.seed, campaign.run.audit_fraction, campaign.stop.maximum_realisations);
+    settings.heartbeat = options.heartbeat;
+    let estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
+    // Two coordinator processes must not give out the same worker ids; any unpredictable number will do.
+    let session = RandomState::new().hash_one(std::process::id()) as u32;
+    let engine = Engine::new(settings, estimator, &stored, session);
+    if directory.resumed() {
+        tracing::info!("resuming with {} outcomes", stored.records.len());
+    }
+    let (writer, store) = Writer::start(store)?;
+    let spec_json = loaded.spec.to_json();
+    let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), engine, writer);
+    Ok(Coordinator { directory, shared: Arc::new(shared), store })
+}
+
+/// Listens on `address`: loopback, or anything if `insecure` is accepted.
+///
+/// # Errors
+/// The address is open to others without that, taken, or not this machine's.
+pub async fn listen(address: SocketAddr, insecure: bool) -> Result<TcpListener, ServeError> {
+    if !address.ip().is_loopback() && !insecure {
+        return Err(ServeError::Insecure(address));
+    }
+    TcpListener::bind(address).await.map_err(|error| ServeError::Listen { address, error })
+}
+
+/// Serves until the campaign is over, `interrupts` counts one (drain) or two (end at once), or the store fails;
+/// returns where the campaign stands then.
+///
+/// # Errors
+/// The store or the server failed.
+pub async fn serve(
+    listener: TcpListener,
+    coordinator: Coordinator,
+    options: &Options,
+    mut interrupts: watch::Receiver<u32>,
+) -> Result<Status, ServeError> {
+    let Coordinator { directory, shared, store } = coordinator;
+    directory.announce(listener.local_addr()?)?;
+    let (stop, stopped) = oneshot::channel::<()>();
+    let mut server = tokio::spawn(run_server(listener, Arc::clone(&shared), stopped));
+    let progress = tokio::spawn(progress::show(Arc::downgrade(&shared)));
+
+    let ended = tokio::select! {
+        ended = until_end(&shared, options, &mut interrupts) => ended,
+        server = &mut server => Err(match server {
+            Ok(Err(error)) => error.into(),
+            _ => ServeError::System(io::Error::other("the server ended by itself")),
+        }),
+    };
+    // The receiver is gone only if the server is.
+    let _ = stop.send(());
+    if timeout(HARD_DEADLINE, &mut server).await.is_err() {
+        server.abort();
+    }
+    directory.withdraw();
+    progress.abort();
+    let mut status = shared.status();
+    drop(shared);
+    // The store closes when the last call has let go of it; the lock is held until then.
+    let closed = tokio::task::spawn_blocking(move || store.join());
+    if timeout(HARD_DEADLINE, closed).await.is_err() {
+        tracing::warn!("the store did not close in time; what was acknowledged is safe");
+    }
+    status.state = ended?;
+    Ok(status)
+}
+
+async fn run_server(
+    listener: TcpListener,
+    shared: Arc<Shared>,
+    stopped: oneshot::Receiver<()>,
+) -> Result<(), tonic::transport::Error> {
+    let service = CoordinatorServer::new(Service::new(shared))
+        .max_decoding_message_size(MESSAGE_LIMIT_BYTES)
+        .max_encoding_message_size(MESSAGE_LIMIT_BYTES);
+    Server::builder()
+        .timeout(CALL_LIMIT)
+        .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
+        .http2_keepalive_interval(Some(KEEP_ALIVE_INTERVAL))
+        .http2_keepalive_timeout(Some(KEEP_ALIVE_TIMEOUT))
+        .tcp_nodelay(true)
+        .add_service(service)
+        .serve_with_incoming_shutdown(TcpListenerStream::new(listener), async {
+            // A sender that is gone means the same as one that has sent.
+            let _ = stopped.await;
+        })
+        .await
+}
+
+/// Keeps time until the campaign ends one way or another.
+async fn until_end(
+    shared: &Arc<Shared>,
+    options: &Options,
+    interrupts: &mut watch::Receiver<u32>,
+) -> Result<State, ServeError> {
+    let mut failure = shared.writer().failure();
+    let mut tick = tokio::time::interval(options.heartbeat / 4);
+    let mut drained_by: Option<Instant> = None;
+    let mut told_by: Option<Instant> = None;
+    loop {
+        let changed = shared.changed().notified();
+        tokio::select! {
+            _ = changed => {}
+            _ = tick.tick() => {
+                let events = shared.engine().tick(shared.now());
+                if !events.is_empty() {
+                    shared.handle(events);
+                }
+            }
+            Ok(()) = interrupts.changed() => {}
+            Ok(()) = failure.changed() => {}
+        }
+        if let Some(message) = failure.borrow().clone() {
+            return Err(ServeError::StoreFailed(message));
+        }
+        let now = Instant::now();
+        let (over, idle, told, lost_after) = {
+            let engine = shared.engine();
+            let queue = engine.queue();
+            let idle = queue.leases().next().is_none();
+            (engine.is_over(), idle, queue.everyone_told(), queue.settings().lost_after())
+        };
+        if over {
+            let told_by = *told_by.get_or_insert(now + lost_after);
+            if told || now >= told_by || *interrupts.borrow() > 0 {
+                return Ok(shared.status().state);
+            }
+        } else if *interrupts.borrow() > 0 {
+            let by = *drained_by.get_or_insert_with(|| {
+                tracing::info!("interrupted: waiting up to {:?} for running realisations", options.grace);
+                shared.engine().drain();
+                shared.changed().notify_waiters();
+                now + options.grace
+            });
+            if idle || now >= by || *interrupts.borrow() > 1 {
+                return Ok(State::Interrupted);
+            }
+        }
+    }
+}
+
+/// Counts interruptions (SIGINT, SIGTERM). After the second one the process ends by itself within
+/// [`HARD_DEADLINE`] at most; everything acknowledged is on the disk at any time.
+///
+/// # Errors
+/// The system refuses signal handlers.
+pub fn interruptions() -> io::Result<watch::Receiver<u32>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let (count, counted) = watch::channel(0);
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            count.send_modify(|n| *n += 1);
+            if *count.borrow() > 1 {
+                std::process::exit(i32::from(State::Interrupted.exit_code()));
+            }
+        }
+    });
+    Ok(counted)
+}

@@ -1,0 +1,345 @@
+//! The gRPC service: decode, call the engine, make durable, encode.
+//!
+//! What must happen once it has begun (storing an outcome, noting that it is stored) runs in a task of its own,
+//! so that a client that hangs up in the middle leaves nothing half done.
+
+use crate::engine::{Engine, Step, Verdict, poison};
+use crate::queue::{Attempts, Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
+use crate::status::{self, Status};
+use crate::store::log::Entry;
+use crate::writer::{Job, Writer};
+use runout_core::campaign::Campaign;
+use runout_proto::convert::{self, DecodeError};
+use runout_proto::v1::coordinator_server::Coordinator;
+use runout_proto::{LONGEST_POLL_S, identity, v1};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+use tokio::sync::Notify;
+use tonic::{Request, Response};
+
+/// Most leases a worker may name in one call: its slots are fewer.
+const MOST_LEASES: usize = 8192;
+
+/// What all calls share.
+#[derive(Debug)]
+pub struct Shared {
+    /// The campaign.
+    pub campaign: Campaign,
+    /// Digest of its spec.
+    pub digest: String,
+    spec_json: String,
+    engine: Mutex<Engine>,
+    /// Woken whenever a waiting worker might get another answer, or the campaign may be over.
+    changed: Notify,
+    writer: Writer,
+    started: Instant,
+}
+
+impl Shared {
+    /// What all calls share, at the start.
+    pub fn new(
+        campaign: Campaign,
+        spec_json: String,
+        digest: String,
+        engine: Engine,
+        writer: Writer,
+    ) -> Shared {
+        Shared {
+            campaign,
+            digest,
+            spec_json,
+            engine: Mutex::new(engine),
+            changed: Notify::new(),
+            writer,
+            started: Instant::now(),
+        }
+    }
+
+    /// The engine, locked: never across an await.
+    pub fn engine(&self) -> MutexGuard<'_, Engine> {
+        self.engine.lock().expect("nobody panics with the engine locked")
+    }
+
+    /// Time since the start: the queue's `now`.
+    pub fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// Woken after every change that may matter to somebody who waits.
+    pub fn changed(&self) -> &Notify {
+        &self.changed
+    }
+
+    /// The thread that makes things durable.
+    pub fn writer(&self) -> &Writer {
+        &self.writer
+    }
+
+    /// Where the campaign stands.
+    pub fn status(&self) -> Status {
+        status::of_engine(&self.campaign, &self.digest, &self.engine(), self.now())
+    }
+
+    /// Deals with what happened by itself.
+    pub fn handle(self: &Arc<Self>, events: Vec<Event>) {
+        for event in events {
+            match event {
+                Event::WorkerLost { name } => tracing::warn!("worker {name} is lost"),
+                Event::Poisoned { index } => {
+                    tracing::error!("realisation {index} took several workers down: recorded as poison");
+                    let shared = Arc::clone(self);
+                    tokio::spawn(async move { shared.store(poison(index)).await });
+                }
+            }
+        }
+        self.changed.notify_waiters();
+    }
+
+    /// Makes an entry durable and tells the engine.
+    async fn store(self: Arc<Self>, entry: Entry) -> Result<(), tonic::Status> {
+        self.writer.write(Job::Entry(entry.clone())).await?;
+        self.engine().stored(&entry);
+        self.changed.notify_waiters();
+        Ok(())
+    }
+}
+
+/// The service.
+#[derive(Debug, Clone)]
+pub struct Service {
+    shared: Arc<Shared>,
+}
+
+impl Service {
+    /// A service for what is shared.
+    pub fn new(shared: Arc<Shared>) -> Service {
+        Service { shared }
+    }
+
+    async fn lease_now(&self, worker: u64) -> Result<Option<v1::LeaseReply>, tonic::Status> {
+        let (answer, attempts) = {
+            let mut engine = self.shared.engine();
+            let answer = engine.lease(worker, self.shared.now()).map_err(unknown)?;
+            let attempts = match answer {
+                LeaseAnswer::Assigned(lease) => engine.queue().attempts(lease.index),
+                _ => Attempts::default(),
+            };
+            (answer, attempts)
+        };
+        let reply = |kind, lease| Ok(Some(v1::LeaseReply { kind: kind as i32, lease }));
+        match answer {
+            LeaseAnswer::Wait => Ok(None),
+            LeaseAnswer::Draining => reply(v1::lease_reply::Kind::Draining, None),
+            LeaseAnswer::Finished => {
+                self.shared.changed.notify_waiters();
+                reply(v1::lease_reply::Kind::Finished, None)
+            }
+            LeaseAnswer::Assigned(lease) => {
+                self.shared.writer.write(Job::Attempts(lease.index, attempts)).await?;
+                reply(v1::lease_reply::Kind::Assigned, Some(encode_lease(lease)))
+            }
+        }
+    }
+}
+
+#[tonic::async_trait]
+impl Coordinator for Service {
+    async fn register(
+        &self,
+        request: Request<v1::RegisterRequest>,
+    ) -> Result<Response<v1::RegisterReply>, tonic::Status> {
+        let request = request.into_inner();
+        check_identity(&request)?;
+        let name = convert::worker_name(request.name).map_err(invalid)?;
+        let slots = convert::slots(request.slots).map_err(invalid)?;
+        let held = decode_leases(&request.held)?;
+        let held: Vec<Held> = held
+            .into_iter()
+            .map(|lease| Held { lease, steps: 0, simulated_s: 0.0, reporting: false })
+            .collect();
+        let (worker_id, settings) = {
+            let mut engine = self.shared.engine();
+            let id = engine.register(&name, slots, &held, self.shared.now());
+            (id, engine.queue().settings().clone())
+        };
+        tracing::info!("worker {name} registered with {slots} slots");
+        self.shared.changed.notify_waiters();
+        Ok(Response::new(v1::RegisterReply {
+            worker_id,
+            spec_json: self.shared.spec_json.clone(),
+            heartbeat_s: settings.heartbeat.as_secs_f64(),
+            lost_after_s: settings.lost_after().as_secs_f64(),
+        }))
+    }
+
+    async fn lease(
+        &self,
+        request: Request<v1::LeaseRequest>,
+    ) -> Result<Response<v1::LeaseReply>, tonic::Status> {
+        let request = request.into_inner();
+        let poll_s = convert::non_negative("poll_s", request.poll_s).map_err(invalid)?.min(LONGEST_POLL_S);
+        let deadline = tokio::time::Instant::now() + Duration::from_secs_f64(poll_s);
+        loop {
+            let changed = self.shared.changed.notified();
+            tokio::pin!(changed);
+            // Enabled before the look at the engine, so that no change in between is missed.
+            changed.as_mut().enable();
+            if let Some(reply) = self.lease_now(request.worker_id).await? {
+                return Ok(Response::new(reply));
+            }
+            if tokio::time::timeout_at(deadline, changed).await.is_err() {
+                let kind = v1::lease_reply::Kind::Wait as i32;
+                return Ok(Response::new(v1::LeaseReply { kind, lease: None }));
+            }
+        }
+    }
+
+    async fn heartbeat(
+        &self,
+        request: Request<v1::HeartbeatRequest>,
+    ) -> Result<Response<v1::HeartbeatReply>, tonic::Status> {
+        let request = request.into_inner();
+        let held = decode_progress(&request.running)?;
+        let (order, cancel, events) =
+            self.shared.engine().heartbeat(request.worker_id, &held, self.shared.now()).map_err(unknown)?;
+        self.shared.handle(events);
+        let order = match order {
+            Order::Continue => v1::heartbeat_reply::Order::Continue,
+            Order::Drain => v1::heartbeat_reply::Order::Drain,
+            Order::Stop => v1::heartbeat_reply::Order::Stop,
+        };
+        let cancel = cancel.into_iter().map(encode_lease).collect();
+        Ok(Response::new(v1::HeartbeatReply { order: order as i32, cancel }))
+    }
+
+    async fn report(
+        &self,
+        request: Request<v1::ReportRequest>,
+    ) -> Result<Response<v1::ReportReply>, tonic::Status> {
+        let request = request.into_inner();
+        if request.spec_digest != self.shared.digest {
+            return Err(tonic::Status::failed_precondition("the report is of another campaign"));
+        }
+        let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
+        let wall_s = convert::non_negative("wall_s", request.wall_s).map_err(invalid)?;
+        let index = outcome.index;
+        let step = self
+            .shared
+            .engine()
+            .report(request.worker_id, request.attempt, outcome, wall_s, self.shared.now())
+            .map_err(unknown)?;
+        let verdict = match step {
+            Step::Answer(verdict) => verdict,
+            Step::Busy => return Err(tonic::Status::unavailable("the outcome is being stored: ask again")),
+            Step::Store(entry, verdict) => {
+                let stored = tokio::spawn(Arc::clone(&self.shared).store(*entry));
+                stored.await.map_err(|e| tonic::Status::internal(e.to_string()))??;
+                verdict
+            }
+        };
+        if verdict == Verdict::Conflict {
+            tracing::error!(
+                "realisation {index}: a second outcome has another digest; both are kept, the worker is set aside"
+            );
+        }
+        self.shared.changed.notify_waiters();
+        let verdict = match verdict {
+            Verdict::Recorded => v1::report_reply::Verdict::Recorded,
+            Verdict::Duplicate => v1::report_reply::Verdict::Duplicate,
+            Verdict::Conflict => v1::report_reply::Verdict::Conflict,
+            Verdict::NotWanted => v1::report_reply::Verdict::NotWanted,
+        };
+        Ok(Response::new(v1::ReportReply { verdict: verdict as i32 }))
+    }
+
+    async fn release(
+        &self,
+        request: Request<v1::ReleaseRequest>,
+    ) -> Result<Response<v1::ReleaseReply>, tonic::Status> {
+        let request = request.into_inner();
+        let leases = decode_leases(&request.leases)?;
+        if let Some(error) = &request.error {
+            let error: String = error.chars().take(500).flat_map(char::escape_default).collect();
+            tracing::error!("a realisation broke ({leases:?}): {error}");
+        }
+        let events = self
+            .shared
+            .engine()
+            .release(request.worker_id, &leases, request.error.is_some(), request.leaving, self.shared.now())
+            .map_err(unknown)?;
+        self.shared.handle(events);
+        Ok(Response::new(v1::ReleaseReply {}))
+    }
+
+    async fn status(
+        &self,
+        _request: Request<v1::StatusRequest>,
+    ) -> Result<Response<v1::StatusReply>, tonic::Status> {
+        let status = self.shared.status();
+        let json = serde_json::to_string(&status).expect("a status holds only numbers, words and lists");
+        Ok(Response::new(v1::StatusReply { state: status.state.name().to_owned(), json }))
+    }
+}
+
+fn check_identity(request: &v1::RegisterRequest) -> Result<(), tonic::Status> {
+    let expected = (identity::PROTOCOL, identity::build(), identity::fingerprint());
+    let differs = |what: &str, here: &dyn std::fmt::Display, there: &dyn std::fmt::Display, advice: &str| {
+        let there: String = there.to_string().chars().take(100).flat_map(char::escape_default).collect();
+        Err(tonic::Status::failed_precondition(format!(
+            "the worker's {what} is {there}, the coordinator's is {here}: {advice}"
+        )))
+    };
+    if request.protocol != expected.0 {
+        return differs("protocol", &expected.0, &request.protocol, "run both from the same version");
+    }
+    if request.build != expected.1 {
+        return differs("build", &expected.1, &request.build, "run both from the same version");
+    }
+    if request.fingerprint != expected.2 {
+        let advice = "this machine computes other bits, so its outcomes would not be reproducible";
+        return differs("floating-point fingerprint", &expected.2, &request.fingerprint, advice);
+    }
+    Ok(())
+}
+
+fn invalid(error: DecodeError) -> tonic::Status {
+    tonic::Status::invalid_argument(error.to_string())
+}
+
+fn unknown(error: UnknownWorker) -> tonic::Status {
+    tonic::Status::not_found(error.to_string())
+}
+
+fn encode_lease(lease: Lease) -> v1::LeaseRef {
+    v1::LeaseRef { index: lease.index, attempt: lease.attempt }
+}
+
+fn decode_lease(lease: v1::LeaseRef) -> Lease {
+    Lease { index: lease.index, attempt: lease.attempt }
+}
+
+fn decode_leases(leases: &[v1::LeaseRef]) -> Result<Vec<Lease>, tonic::Status> {
+    if leases.len() > MOST_LEASES {
+        return Err(tonic::Status::invalid_argument(format!("more than {MOST_LEASES} leases")));
+    }
+    Ok(leases.iter().copied().map(decode_lease).collect())
+}
+
+fn decode_progress(running: &[v1::LeaseProgress]) -> Result<Vec<Held>, tonic::Status> {
+    if running.len() > MOST_LEASES {
+        return Err(tonic::Status::invalid_argument(format!("more than {MOST_LEASES} leases")));
+    }
+    let missing = || invalid(DecodeError::Missing { field: "running.lease" });
+    running
+        .iter()
+        .map(|progress| {
+            Ok(Held {
+                lease: decode_lease(progress.lease.ok_or_else(missing)?),
+                steps: progress.steps,
+                simulated_s: convert::non_negative("running.simulated_s", progress.simulated_s)
+                    .map_err(invalid)?,
+                reporting: progress.reporting,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,91 @@
+//! The thread that makes things durable: it gathers what waits and commits it in one go (group commit).
+//!
+//! The first failure is final: nothing is acknowledged any more, and the coordinator ends and says why.
+
+use crate::queue::Attempts;
+use crate::store::Store;
+use crate::store::log::Entry;
+use std::thread::{self, JoinHandle};
+use tokio::sync::{mpsc, oneshot, watch};
+
+/// Calls that may wait for a commit; further ones wait for room.
+const QUEUE: usize = 1024;
+/// Most jobs in one commit: 60,000 records a second need no more than 32.
+const GROUP: usize = 256;
+
+/// Something to make durable.
+#[derive(Debug)]
+pub enum Job {
+    /// An entry of the outcome log.
+    Entry(Entry),
+    /// The attempts of an index.
+    Attempts(u64, Attempts),
+}
+
+type Waiting = (Job, oneshot::Sender<()>);
+
+/// A handle to the thread.
+#[derive(Debug)]
+pub struct Writer {
+    jobs: mpsc::Sender<Waiting>,
+    failure: watch::Receiver<Option<String>>,
+}
+
+impl Writer {
+    /// Starts the thread. It ends, with the store closed, when all handles are gone.
+    ///
+    /// # Errors
+    /// The system refuses a thread.
+    pub fn start(store: Store) -> std::io::Result<(Writer, JoinHandle<()>)> {
+        let (jobs, waiting) = mpsc::channel(QUEUE);
+        let (failed, failure) = watch::channel(None);
+        let thread = thread::Builder::new()
+            .name("store".to_owned())
+            .spawn(move || write_until_done(store, waiting, &failed))?;
+        Ok((Writer { jobs, failure }, thread))
+    }
+
+    /// Makes `job` durable.
+    ///
+    /// # Errors
+    /// The store has failed: UNAVAILABLE, so that a worker keeps its outcome and tries again later.
+    pub async fn write(&self, job: Job) -> Result<(), tonic::Status> {
+        let failed = || tonic::Status::unavailable("the coordinator cannot store anything and is stopping");
+        let (done, wait) = oneshot::channel();
+        self.jobs.send((job, done)).await.map_err(|_| failed())?;
+        wait.await.map_err(|_| failed())
+    }
+
+    /// Becomes some message when the store has failed.
+    pub fn failure(&self) -> watch::Receiver<Option<String>> {
+        self.failure.clone()
+    }
+}
+
+fn write_until_done(
+    mut store: Store,
+    mut waiting: mpsc::Receiver<Waiting>,
+    failed: &watch::Sender<Option<String>>,
+) {
+    let mut group: Vec<Waiting> = Vec::with_capacity(GROUP);
+    while waiting.blocking_recv_many(&mut group, GROUP) > 0 {
+        let mut entries = Vec::new();
+        let mut attempts = Vec::new();
+        let mut done = Vec::new();
+        for (job, sender) in group.drain(..) {
+            match job {
+                Job::Entry(entry) => entries.push(entry),
+                Job::Attempts(index, given) => attempts.push((index, given)),
+            }
+            done.push(sender);
+        }
+        if let Err(error) = store.commit(&entries, &attempts) {
+            failed.send_replace(Some(error.to_string()));
+            return;
+        }
+        for sender in done {
+            // A caller that has gone needs no answer.
+            let _ = sender.send(());
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Cross-correlated random fields at the material points (the paper, Section 2.3, steps 1 to 3).
+//!
+//! 1. White noise: one normal number a lattice cell and property ([`lattice`]), from a stream of the property's own.
+//! 2. Autocorrelation ([`autocorrelation`]): by autoregressive sweeps ([`sweep`]) for the single-exponential family, by
+//!    Kronecker factors ([`kronecker`]) for the others. Both equal dense Cholesky ([`dense`]), draw for draw.
+//! 3. At the cells that carry points: the copula makes the independent normal fields dependent uniforms, and each
+//!    marginal's quantile makes those the property, in its edge unit (kPa, degrees, kN/m3).
+//!
+//! The value at a cell is a point value: it is not averaged over the cell. A field belongs to its lattice; the same
+//! realisation at another spacing is another draw. A coarser view of a realisation can be had by sampling a plan of
+//! the fine points and averaging its values over the coarse points' areas; the plan itself does no averaging, and
+//! there is no refinement of a sampled field.
+//!
+//! All properties share one autocorrelation function, as in the paper. Where the copula is not Gaussian the later
+//! properties are rougher than asked; [`effective`] says by how much.
+
+pub mod autocorrelation;
+pub mod dense;
+pub mod effective;
+pub mod factor;
+pub mod kronecker;
+pub mod lattice;
+pub mod sweep;
+
+use crate::campaign::{Autocorrelation, Field};
+use crate::copula::{Copula, CopulaError, Sampler};
+use crate::marginal::{MarginalError, Quantile};
+use crate::seed::{self, Purpose};
+use crate::site::Property;
+use crate::spec::RandomProperty;
+use crate::special::standard_normal;
+use kronecker::Kronecker;
+use lattice::Lattice;
+use sweep::Sweeps;
+use thiserror::Error;
+
+/// A field that cannot be planned.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FieldError {
+    /// No points, or unequal numbers of coordinates.
+    #[error("a field needs points with as many x as y: {x} and {y} were given")]
+    Points {
+        /// Number of x coordinates.
+        x: usize,
+        /// Number of y coordinates.
+        y: usize,
+    },
+    /// A number that is not in its range.
+    #[error("{name} = {value} is not allowed in a random field")]
+    Value {
+        /// What it is.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A point off the lattice, or two on one place.
+    #[error("point {point} at ({x_m}, {y_m}) m does not stand alone on a lattice of {spacing_m} m")]
+    OffLattice {
+        /// Which point.
+        point: usize,
+        /// Its x, m.
+        x_m: f64,
+        /// Its y, m.
+        y_m: f64,
+        /// Side of a cell, m.
+        spacing_m: f64,
+    },
+    /// Too many cells.
+    #[error("the points' bounding rectangle has {cells} cells; at most {limit} are supported")]
+    TooLarge {
+        /// Cells needed.
+        cells: f64,
+        /// Limit.
+        limit: u64,
+    },
+    /// Too long a side for a family that needs its factor.
+    #[error(
+        "a lattice of {places} cells along one axis is too long for {family:?} (at most {limit}); single-exponential \
+         has no such limit"
+    )]
+    LongSide {
+        /// Family.
+        family: Autocorrelation,
+        /// Cells along the axis.
+        places: usize,
+        /// Limit.
+        limit: usize,
+    },
+    /// A correlation matrix that no small nugget makes positive definite.
+    #[error(
+        "the {family:?} correlation matrix at {spacing_m} m with a scale of {scale_m} m is singular even with a \
+         nugget of {nugget}"
+    )]
+    Singular {
+        /// Family.
+        family: Autocorrelation,
+        /// Scale of fluctuation, m.
+        scale_m: f64,
+        /// Side of a cell, m.
+        spacing_m: f64,
+        /// Largest nugget tried.
+        nugget: f64,
+    },
+    /// A copula of another dimension.
+    #[error("a copula of {dimension} dimensions cannot tie {properties} random properties together")]
+    Dimension {
+        /// The copula's dimension.
+        dimension: usize,
+        /// Number of random properties.
+        properties: usize,
+    },
+    /// A copula that cannot be sampled.
+    #[error(transparent)]
+    Copula(#[from] CopulaError),
+    /// A marginal that is no distribution.
+    #[error("{property}: {source}")]
+    Marginal {
+        /// Property name.
+        property: &'static str,
+        /// Why.
+        source: MarginalError,
+    },
+}
+
+/// Everything about a campaign's fields that is the same in every realisation. Shared by threads.
+#[derive(Debug, Clone)]
+pub struct FieldPlan {
+    lattice: Lattice,
+    correlation: Correlation,
+    properties: Vec<Property>,
+    sampler: Sampler,
+    quantiles: Vec<Quantile>,
+}
+
+/// How white noise becomes a field.
+#[derive(Debug, Clone)]
+enum Correlation {
+    Sweeps(Sweeps),
+    Kronecker(Kronecker),
+}
+
+/// One realisation's properties at the material points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FieldSample {
+    /// One vector a random property, in the campaign's order and in edge units (kPa, degrees, kN/m3). Shape: points.
+    pub values: Vec<Vec<f64>>,
+}
+
+/// Buffers of lattice size, kept from one field to the next.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    cells: Vec<f64>,
+    transposed: Vec<f64>,
+}
+
+impl FieldPlan {
+    /// Plans the fields of the `random` properties at material points `x`, `y` (m, shape: points) that stand
+    /// `spacing_m` apart. `copula` has one dimension a property, in the same order.
+    ///
+    /// # Errors
+    /// Points that are no lattice (see [`Lattice::new`]), scales that are not positive, a copula of another dimension,
+    /// or a correlation matrix that cannot be factorised.
+    pub fn new(
+        field: &Field,
+        random: &[RandomProperty],
+        copula: &Copula,
+        spacing_m: f64,
+        x: &[f64],
+        y: &[f64],
+    ) -> Result<FieldPlan, FieldError> {
+        for (name, value) in
+            [("scale_horizontal_m", field.scale_horizontal_m), ("scale_vertical_m", field.scale_vertical_m)]
+        {
+            if value.is_nan() || value <= 0.0 {
+                return Err(FieldError::Value { name, value });
+            }
+        }
+        let lattice = Lattice::new(x, y, spacing_m, field.rotation_rad)?;
+        let quantile = |random: &RandomProperty| {
+            let property = random.property.name();
+            random.marginal.check().map_err(|source| FieldError::Marginal { property, source })?;
+            Ok(Quantile::new(&random.marginal))
+        };
+        let sampler = Sampler::new(copula)?;
+        if sampler.dimension() != random.len() {
+            return Err(FieldError::Dimension { dimension: sampler.dimension(), properties: random.len() });
+        }
+        Ok(FieldPlan {
+            correlation: Correlation::new(field, &lattice)?,
+            lattice,
+            properties: random.iter().map(|r| r.property).collect(),
+            sampler,
+            quantiles: random.iter().map(quantile).collect::<Result<_, FieldError>>()?,
+        })
+    }
+
+    /// The fields of realisation `index` at the points.
+    pub fn sample(&self, seed: u64, index: u64) -> FieldSample {
+        let mut sample = FieldSample::default();
+        self.sample_into(seed, index, &mut Scratch::default(), &mut sample);
+        sample
+    }
+
+    /// As [`FieldPlan::sample`], into buffers kept from one realisation to the next.
+    pub fn sample_into(&self, seed: u64, index: u64, scratch: &mut Scratch, sample: &mut FieldSample) {
+        sample.values.resize_with(self.properties.len(), Vec::new);
+        for (j, values) in sample.values.iter_mut().enumerate() {
+            self.latent_into(seed, index, j, scratch, values);
+        }
+        let mixing = self.sampler.mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
+        let mut fields: Vec<&mut [f64]> = sample.values.iter_mut().map(Vec::as_mut_slice).collect();
+        self.sampler.uniforms(&mut fields, mixing);
+        for (field, quantile) in fields.into_iter().zip(&self.quantiles) {
+            quantile.apply(field);
+        }
+    }
+
+    /// Independent standard normal fields of realisation `index` at the points: one vector a property, in point order.
+    pub fn latent(&self, seed: u64, index: u64) -> Vec<Vec<f64>> {
+        let mut scratch = Scratch::default();
+        let mut fields = vec![Vec::new(); self.properties.len()];
+        for (j, values) in fields.iter_mut().enumerate() {
+            self.latent_into(seed, index, j, &mut scratch, values);
+        }
+        fields
+    }
+
+    /// Largest nugget added to a correlation matrix, as a share of the variance (see [`factor::LARGEST_NUGGET`]).
+    pub fn nugget(&self) -> f64 {
+        match &self.correlation {
+            Correlation::Sweeps(_) => 0.0,
+            Correlation::Kronecker(factors) => factors.nugget(),
+        }
+    }
+
+    /// The lattice.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// The latent field of the `j`-th random property at the points.
+    fn latent_into(&self, seed: u64, index: u64, j: usize, scratch: &mut Scratch, values: &mut Vec<f64>) {
+        // Inversion, one draw a cell in lattice order, from a stream named by the property's place among all
+        // properties: a property more or less in the campaign leaves the noise of the others as it is.
+        let mut stream = seed::stream(seed, index, Purpose::LatentField(self.properties[j] as u32));
+        scratch.cells.clear();
+        scratch.cells.extend((0..self.lattice.size()).map(|_| standard_normal(&mut stream)));
+        match &self.correlation {
+            Correlation::Sweeps(sweeps) => sweeps.correlate(&mut scratch.cells),
+            Correlation::Kronecker(factors) => factors.correlate(&mut scratch.cells, &mut scratch.transposed),
+        }
+        values.clear();
+        values.extend(self.lattice.cells.iter().map(|&cell| scratch.cells[cell]));
+    }
+}
+
+impl Correlation {
+    fn new(field: &Field, lattice: &Lattice) -> Result<Correlation, FieldError> {
+        let Lattice { columns, rows, spacing_m, .. } = *lattice;
+        Ok(match field.autocorrelation {
+            Autocorrelation::SingleExponential => Correlation::Sweeps(Sweeps::new(field, spacing_m, columns)),
+            _ => Correlation::Kronecker(Kronecker::new(field, spacing_m, columns, rows)?),
+        })
+    }
+}

@@ -1,0 +1,78 @@
+//! The material points in memory: blocks of eight, one cache line a quantity, sorted by cell.
+
+use super::lanes::V8;
+
+macro_rules! block {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// Eight material points.
+        #[derive(Debug, Clone)]
+        #[repr(C)]
+        pub(super) struct Block {
+            $($(#[$doc])* pub(super) $name: V8,)*
+        }
+
+        impl Block {
+            pub(super) const EMPTY: Block = Block { $($name: V8::ZERO,)* };
+
+            /// Copies the point in lane `from` of `source` to lane `to`.
+            pub(super) fn copy_point(&mut self, to: usize, source: &Block, from: usize) {
+                $(self.$name.0[to] = source.$name.0[from];)*
+            }
+        }
+    };
+}
+
+block! {
+    /// Position, m.
+    x,
+    /// Position, m.
+    y,
+    /// Velocity of the skeleton (of everything, if there is one phase), m/s.
+    vx,
+    /// As `vx`.
+    vy,
+    /// Velocity of the water, m/s.
+    wx,
+    /// As `wx`.
+    wy,
+    /// Move of this step, m.
+    dx,
+    /// Move of this step, m.
+    dy,
+    /// Gradient of the skeleton's displacement in this step: d(dx)/dx.
+    lxx,
+    /// d(dx)/dy.
+    lxy,
+    /// d(dy)/dx.
+    lyx,
+    /// d(dy)/dy.
+    lyy,
+    /// Divergence of the water's displacement in this step.
+    water_divergence,
+    /// Effective stress (total, if there is one phase), tension positive, Pa.
+    sxx,
+    /// As `sxx`.
+    syy,
+    /// As `sxx`.
+    szz,
+    /// As `sxx`.
+    sxy,
+    /// Pore pressure, compression positive, Pa.
+    pressure,
+    /// Volume per metre of width, m2.
+    volume,
+    /// Volume of the grains, which stays, m2 (0 if there is one phase).
+    grains,
+    /// Mass of the skeleton (of everything, if there is one phase) per metre of width, kg/m.
+    mass,
+    /// Sine of the friction angle.
+    sin_phi,
+    /// 2 c cos phi, Pa.
+    two_c_cos_phi,
+    /// Mean stress at the apex, c cot phi, Pa.
+    apex,
+    /// Largest tensile principal stress, Pa.
+    tension,
+    /// Equivalent deviatoric plastic strain.
+    plastic_strain,
+}

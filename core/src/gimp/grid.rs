@@ -1,0 +1,90 @@
+//! The background grid: square cells, one layer of nodes behind every wall.
+//!
+//! Node (i, j) stands at origin + (i h, j h) and has the index j nx + i. The walls run through nodes 1 and nx - 2
+//! (ny - 2) of each direction; the nodes behind them exist because a point nearer to a wall than its half-length
+//! reaches over it.
+
+use super::lanes::{Lanes, V8};
+
+/// A regular grid of square cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Position of node (0, 0), behind the lower left corner, m.
+    pub origin_m: [f64; 2],
+    /// Side of a cell, m.
+    pub cell_m: f64,
+    /// Nodes along x and y, the layers behind the walls included.
+    pub nodes: [usize; 2],
+}
+
+impl Grid {
+    /// A grid whose walls enclose [left, left + cells_x h] x [bottom, bottom + cells_y h], lengths in m.
+    pub fn enclosing(left_m: f64, bottom_m: f64, cells: [usize; 2], cell_m: f64) -> Grid {
+        Grid { origin_m: [left_m - cell_m, bottom_m - cell_m], cell_m, nodes: [cells[0] + 3, cells[1] + 3] }
+    }
+
+    /// Number of nodes, those behind the walls included.
+    pub fn node_count(&self) -> usize {
+        self.nodes[0] * self.nodes[1]
+    }
+
+    /// Share of the four cells around node (i, j) that lie between the walls: 1 inside, 1/2 on a wall.
+    pub(super) fn share_inside(&self, i: usize, j: usize) -> f64 {
+        let along = |k: usize, n: usize| match k {
+            _ if k == 0 || k + 1 == n => 0.0,
+            _ if k == 1 || k + 2 == n => 0.5,
+            _ => 1.0,
+        };
+        along(i, self.nodes[0]) * along(j, self.nodes[1])
+    }
+
+    /// The cell that holds a point, as the index of its lower left node.
+    pub(crate) fn cell_of(&self, x: f64, y: f64) -> usize {
+        let along = |position: f64, origin: f64, n: usize| {
+            let cell = ((position - origin) / self.cell_m).floor();
+            cell.clamp(0.0, (n - 1) as f64) as usize
+        };
+        along(y, self.origin_m[1], self.nodes[1]) * self.nodes[0] + along(x, self.origin_m[0], self.nodes[0])
+    }
+}
+
+/// The grid as the kernels see it.
+#[derive(Clone, Copy)]
+pub(super) struct GridLanes<S> {
+    pub(super) origin: [S; 2],
+    pub(super) inverse_cell: S,
+    /// Nodes in a row.
+    pub(super) stride: S,
+    /// Largest node that may be the nearest to a point, per direction (the smallest is 1).
+    pub(super) last_nearest: [S; 2],
+    /// Half the length of a point over the side of a cell.
+    pub(super) half_length: S,
+}
+
+impl<S: Lanes> GridLanes<S> {
+    #[inline(always)]
+    pub(super) fn new(grid: &Grid, half_length: f64) -> Self {
+        GridLanes {
+            origin: [S::splat(grid.origin_m[0]), S::splat(grid.origin_m[1])],
+            inverse_cell: S::splat(1.0 / grid.cell_m),
+            stride: S::splat(grid.nodes[0] as f64),
+            last_nearest: [S::splat((grid.nodes[0] - 2) as f64), S::splat((grid.nodes[1] - 2) as f64)],
+            half_length: S::splat(half_length),
+        }
+    }
+
+    /// Cell coordinates of eight points.
+    #[inline(always)]
+    pub(super) fn coordinates(&self, x: &V8, y: &V8) -> [S; 2] {
+        [(S::load(x) - self.origin[0]) * self.inverse_cell, (S::load(y) - self.origin[1]) * self.inverse_cell]
+    }
+
+    /// Cells of eight points, clamped into the grid.
+    #[inline(always)]
+    pub(super) fn cells(&self, coordinates: [S; 2]) -> [usize; 8] {
+        let zero = S::splat(0.0);
+        let i = coordinates[0].max(zero).min(self.last_nearest[0]).floor();
+        let j = coordinates[1].max(zero).min(self.last_nearest[1]).floor();
+        j.mul_add(self.stride, i).indices()
+    }
+}

@@ -1,0 +1,153 @@
+//! Eight lanes as an array: for every processor. Where the target has no fused multiply-add, `mul_add` is a slow
+//! but exact library call.
+
+use super::{Lanes, V8};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+#[derive(Clone, Copy)]
+pub(in crate::gimp) struct Baseline([f64; 8]);
+
+macro_rules! lane_by_lane {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Baseline {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for i in 0..8 {
+                    self.0[i] = self.0[i] $op other.0[i];
+                }
+                self
+            }
+        }
+    };
+}
+
+lane_by_lane!(Add, add, +);
+lane_by_lane!(Sub, sub, -);
+lane_by_lane!(Mul, mul, *);
+lane_by_lane!(Div, div, /);
+
+impl Neg for Baseline {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Baseline(self.0.map(|a| -a))
+    }
+}
+
+impl Lanes for Baseline {
+    type Mask = [bool; 8];
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Baseline([value; 8])
+    }
+
+    #[inline(always)]
+    fn halves(low: f64, high: f64) -> Self {
+        Baseline([low, low, low, low, high, high, high, high])
+    }
+
+    #[inline(always)]
+    fn quarters(low: f64, third: f64, fourth: f64) -> Self {
+        Baseline([low, low, low, low, third, third, fourth, fourth])
+    }
+
+    #[inline(always)]
+    fn load(from: &V8) -> Self {
+        Baseline(from.0)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut V8) {
+        to.0 = self.0;
+    }
+
+    #[inline(always)]
+    fn mul_add(mut self, b: Self, c: Self) -> Self {
+        for i in 0..8 {
+            self.0[i] = self.0[i].mul_add(b.0[i], c.0[i]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Baseline(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Baseline(self.0.map(f64::floor))
+    }
+
+    #[inline(always)]
+    fn min(mut self, other: Self) -> Self {
+        for i in 0..8 {
+            self.0[i] = if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] };
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn max(mut self, other: Self) -> Self {
+        for i in 0..8 {
+            self.0[i] = if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] };
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn gt(self, other: Self) -> [bool; 8] {
+        let mut mask = [false; 8];
+        for i in 0..8 {
+            mask[i] = self.0[i] > other.0[i];
+        }
+        mask
+    }
+
+    #[inline(always)]
+    fn select(mask: [bool; 8], yes: Self, mut no: Self) -> Self {
+        for i in 0..8 {
+            no.0[i] = if mask[i] { yes.0[i] } else { no.0[i] };
+        }
+        no
+    }
+
+    #[inline(always)]
+    fn and(mut a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
+        for i in 0..8 {
+            a[i] &= b[i];
+        }
+        a
+    }
+
+    #[inline(always)]
+    fn or(mut a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
+        for i in 0..8 {
+            a[i] |= b[i];
+        }
+        a
+    }
+
+    #[inline(always)]
+    fn any(mask: [bool; 8]) -> bool {
+        mask.into_iter().any(|m| m)
+    }
+
+    #[inline(always)]
+    fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        let mut columns = rows;
+        for i in 0..8 {
+            for j in 0..8 {
+                columns[j].0[i] = rows[i].0[j];
+            }
+        }
+        columns
+    }
+
+    #[inline(always)]
+    fn indices(self) -> [usize; 8] {
+        self.0.map(|a| a as usize)
+    }
+}

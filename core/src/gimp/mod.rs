@@ -1,0 +1,42 @@
+//! The two-phase GIMP solver: an explicit uGIMP-MUSL scheme for skeleton and pore water in plane strain.
+//!
+//! One step, as [`Body::step`] takes it:
+//!
+//! 1. `scatter`: masses, momenta and internal forces from the points to the nodes (`shape`).
+//! 2. `momentum`: accelerations with implicit drag, damping and boundary conditions.
+//! 3. `gather`: velocities and moves of the points, and their momenta back to the nodes (MUSL).
+//! 4. `strain`: velocity gradients from the second set of nodal velocities; means over cells.
+//! 5. `soil` and `water`: stress and pore pressure; then the points move.
+//!
+//! `stage` is the time loop, `rest` the rules that end it, `time_step` the critical step. The points lie in blocks
+//! of eight (`block`), sorted by cell (`sort`); the step is compiled three times (`kernel`) from one source
+//! (`advance`, `lanes`), all with the same bits. One analysis runs in one thread.
+//!
+//! A point's water never leaves it (single-point formulation): there is no free water and no seepage face.
+
+mod advance;
+mod block;
+mod body;
+mod gather;
+mod grid;
+mod kernel;
+mod lanes;
+mod momentum;
+mod nodes;
+mod rest;
+mod scatter;
+mod setup;
+mod shape;
+mod soil;
+mod sort;
+mod stage;
+mod strain;
+mod time_step;
+mod water;
+
+pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
+pub use grid::Grid;
+pub use kernel::Kernel;
+pub use rest::RestRule;
+pub use setup::{Conditions, Controls, InitialPoints, Material, Setup, Support};
+pub use stage::{End, Limits, run};

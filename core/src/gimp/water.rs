@@ -1,0 +1,42 @@
+//! Pore pressure: storage, relaxation to the cell's mean, cavitation.
+//!
+//! Dp/Dt = -(K_w / n) [(1 - n) div v + n div w] with incompressible grains (Biot coefficient 1), the convective term
+//! (w - v) . grad n left out (Zabala & Alonso 2011; Bandara & Soga 2015).
+
+use super::lanes::Lanes;
+
+/// Constants of the pore water.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PoreWater {
+    /// Bulk modulus, Pa.
+    pub(super) bulk: f64,
+    /// Share by which a point's pressure moves to its cell's mean in this step.
+    pub(super) relaxation: f64,
+    /// Largest suction, Pa.
+    pub(super) cavitation: f64,
+}
+
+/// Guards the division by the volume of the padding's points, which is zero, m2.
+const SMALLEST_VOLUME_M2: f64 = 1e-300;
+
+/// Porosity of points with `volume` of which `grains` is solid.
+#[inline(always)]
+pub(super) fn porosity<S: Lanes>(volume: S, grains: S) -> S {
+    S::splat(1.0) - grains / volume.max(S::splat(SMALLEST_VOLUME_M2))
+}
+
+/// New pore pressure from the step's volumetric increments of skeleton and water and the cell's mean pressure.
+#[inline(always)]
+pub(super) fn pressure<S: Lanes>(
+    water: &PoreWater,
+    porosity: S,
+    pressure: S,
+    cell_pressure: S,
+    skeleton_divergence: S,
+    water_divergence: S,
+) -> S {
+    let inflow = porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence);
+    let relaxed = S::splat(water.relaxation).mul_add(cell_pressure - pressure, pressure);
+    let stiffness = S::splat(water.bulk) / porosity;
+    (-stiffness).mul_add(inflow, relaxed).max(S::splat(-water.cavitation))
+}

@@ -1,0 +1,421 @@
+//! One analysis: gravity stage, failure stage, measures, digest.
+
+use super::progress::{Cancelled, Progress};
+use super::{PointProperties, Prepared};
+use crate::campaign::{Formulation, GroundSurface, InitialPorePressure, Model};
+use crate::gimp::{
+    self, Body, Conditions, Controls, End, InitialPoints, Limits, Material, MaterialError, RestRule, Setup,
+    State, Support,
+};
+use crate::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use crate::runout::{self, Moved};
+use crate::slope;
+use std::ops::ControlFlow;
+
+/// Where the soil properties come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The random fields of this realisation.
+    Index(u64),
+    /// Every random property at its marginal's mean.
+    Deterministic,
+}
+
+/// The points at one moment of the failure stage, in point order.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot<'a> {
+    /// Time since the start of the failure stage, s.
+    pub time_s: f64,
+    /// Positions at the start of the failure stage, m.
+    pub x0: &'a [f64],
+    /// Positions at the start of the failure stage, m.
+    pub y0: &'a [f64],
+    /// Displacements since then, m.
+    pub ux: &'a [f64],
+    /// Displacements since then, m.
+    pub uy: &'a [f64],
+    /// Positions, velocities, effective stresses, pore pressures, porosities, volumes, plastic strains.
+    pub state: &'a State,
+    /// Strength and unit weight.
+    pub properties: &'a PointProperties,
+}
+
+/// Why there is no end of a stage.
+enum Interruption {
+    Cancelled,
+    Failed(Reason),
+}
+
+impl From<MaterialError> for Interruption {
+    fn from(_: MaterialError) -> Self {
+        Interruption::Failed(Reason::BadMaterial)
+    }
+}
+
+/// How the failure stage ended.
+struct Failure {
+    state: State,
+    end: End,
+    simulated_s: f64,
+    steps: u64,
+    /// Whether the material still moved when the duration was over.
+    moving: bool,
+}
+
+impl Prepared {
+    /// Runs one analysis; `observer` sees the points at the start of the failure stage, at the first step at or after
+    /// every multiple of `every_s`, and at the end. Observing moves no outcome.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if `progress` was asked to stop.
+    pub fn analyse(
+        &self,
+        source: Source,
+        every_s: f64,
+        observer: &mut dyn FnMut(&Snapshot<'_>),
+        progress: &Progress,
+    ) -> Result<Outcome, Cancelled> {
+        let index = match source {
+            Source::Index(index) => index,
+            Source::Deterministic => 0,
+        };
+        let properties = self.properties(source);
+        let start = match self.gravity_state(&properties, progress) {
+            Ok(state) => state,
+            Err(Interruption::Cancelled) => return Err(Cancelled),
+            Err(Interruption::Failed(reason)) => return Ok(self.failed(index, reason, 0.0, 0, None)),
+        };
+        match self.failure_stage(&start, &properties, every_s, observer, progress) {
+            Ok(failure) => Ok(self.outcome(index, &start, failure)),
+            Err(Interruption::Cancelled) => Err(Cancelled),
+            Err(Interruption::Failed(reason)) => Ok(self.failed(index, reason, 0.0, 0, Some(&start))),
+        }
+    }
+
+    /// The end of the gravity stage: computed, or kept from an earlier realisation.
+    fn gravity_state(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
+        if let Some(state) = self.gravity.get() {
+            return Ok(state.clone());
+        }
+        let state = self.gravity_stage(properties, progress)?;
+        if !self.unit_weight_is_random() {
+            // Another thread may have been first; its state has the same bits.
+            let _ = self.gravity.set(state.clone());
+        }
+        Ok(state)
+    }
+
+    /// Elastic, drained, total weight, damped.
+    fn gravity_stage(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
+        let model = &self.spec.model;
+        let positions: Vec<[f64; 2]> =
+            self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
+        let volume = self.points.spacing_m * self.points.spacing_m;
+        let mut points = InitialPoints::at_rest(&positions, volume, 0.0);
+        points.density =
+            properties.unit_weight_n_m3.iter().map(|w| w / model.analysis.gravity_m_s2).collect();
+        let mut setup = self.setup(points);
+        setup.controls.formulation = Formulation::OnePhase;
+        setup.controls.local_damping = model.analysis.gravity_stage_damping;
+        let mut body = Body::new(setup, self.kernel)?;
+        let limits =
+            Limits { duration_s: model.analysis.gravity_stage_s, maximum_steps: u64::MAX, rest: None };
+        let end = gimp::run(&mut body, &limits, &mut |body| {
+            progress.advance(body.steps(), 0.0);
+            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        match end {
+            End::Duration | End::AtRest { .. } | End::StepLimit => Ok(body.state()),
+            End::NonFinite => Err(Interruption::Failed(Reason::NonFinite)),
+            End::LeftGrid => Err(Interruption::Failed(Reason::LeftGrid)),
+            End::Stopped => Err(Interruption::Cancelled),
+        }
+    }
+
+    /// Real strengths and pore water, from the gravity stage's stresses at rest.
+    fn failure_stage(
+        &self,
+        start: &State,
+        properties: &PointProperties,
+        every_s: f64,
+        observer: &mut dyn FnMut(&Snapshot<'_>),
+        progress: &Progress,
+    ) -> Result<Failure, Interruption> {
+        let analysis = &self.spec.model.analysis;
+        let mut body = Body::new(self.setup(self.failure_points(start, properties)), self.kernel)?;
+        let rest = RestRule {
+            kinetic_energy_share: analysis.rest_kinetic_energy_share,
+            velocity_m_s: analysis.rest_velocity_m_s,
+            hold_s: analysis.rest_hold_s,
+        };
+        let limits = Limits {
+            duration_s: analysis.duration_s,
+            maximum_steps: self.spec.model.maximum_steps,
+            rest: analysis.stop_at_rest.then_some(rest),
+        };
+        let steps_before = progress.steps();
+        let mut next_observation = 1;
+        // The last stretch of the duration tells whether the material still moves.
+        let stretch_start = analysis.duration_s - analysis.rest_hold_s;
+        let mut before_stretch: Option<(f64, State)> = None;
+        if every_s.is_finite() {
+            self.observe(0.0, start, body.state(), properties, observer);
+        }
+        let end = gimp::run(&mut body, &limits, &mut |body| {
+            progress.advance(steps_before + body.steps(), body.time_s());
+            if body.time_s() >= f64::from(next_observation) * every_s {
+                self.observe(body.time_s(), start, body.state(), properties, observer);
+                next_observation = (body.time_s() / every_s).floor() as u32 + 1;
+            }
+            if before_stretch.is_none() && body.time_s() >= stretch_start {
+                before_stretch = Some((body.time_s(), body.state()));
+            }
+            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        if end == End::Stopped {
+            return Err(Interruption::Cancelled);
+        }
+        let state = body.state();
+        if every_s.is_finite() {
+            self.observe(body.time_s(), start, state.clone(), properties, observer);
+        }
+        let moving = before_stretch.is_some_and(|(since, before)| {
+            net_velocity(&before, &state, body.time_s() - since) > analysis.rest_velocity_m_s
+        });
+        Ok(Failure { end, simulated_s: body.time_s(), steps: body.steps(), moving, state })
+    }
+
+    fn observe(
+        &self,
+        time_s: f64,
+        start: &State,
+        state: State,
+        properties: &PointProperties,
+        observer: &mut dyn FnMut(&Snapshot<'_>),
+    ) {
+        let less = |now: &[f64], before: &[f64]| -> Vec<f64> {
+            now.iter().zip(before).map(|(a, b)| a - b).collect()
+        };
+        let (ux, uy) = (less(&state.x, &start.x), less(&state.y, &start.y));
+        let snapshot =
+            Snapshot { time_s, x0: &start.x, y0: &start.y, ux: &ux, uy: &uy, state: &state, properties };
+        observer(&snapshot);
+    }
+
+    /// The failure stage's points: effective stress is total stress plus the initial pore pressure.
+    fn failure_points(&self, start: &State, properties: &PointProperties) -> InitialPoints {
+        let model = &self.spec.model;
+        let volume = self.points.spacing_m * self.points.spacing_m;
+        let count = self.points.len();
+        let pressure: Vec<f64> = (0..count).map(|i| self.initial_pressure(i)).collect();
+        InitialPoints {
+            x: start.x.clone(),
+            y: start.y.clone(),
+            velocity: vec![[0.0; 2]; count],
+            // The mass stays; the volume is that of the loaded state.
+            density: (0..count)
+                .map(|i| {
+                    properties.unit_weight_n_m3[i] / model.analysis.gravity_m_s2 * volume / start.volume[i]
+                })
+                .collect(),
+            volume: start.volume.clone(),
+            stress: (0..count)
+                .map(|i| {
+                    let p = pressure[i];
+                    [
+                        start.stress_xx[i] + p,
+                        start.stress_yy[i] + p,
+                        start.stress_zz[i] + p,
+                        start.stress_xy[i],
+                    ]
+                })
+                .collect(),
+            pressure,
+            cohesion: properties.cohesion_pa.clone(),
+            friction_angle: properties.friction_angle_rad.clone(),
+        }
+    }
+
+    /// Initial pore pressure of point `i`, Pa; there is none without water.
+    fn initial_pressure(&self, i: usize) -> f64 {
+        let model = &self.spec.model;
+        match (model.analysis.formulation, model.water.initial_pore_pressure) {
+            (Formulation::TwoPhase, InitialPorePressure::Hydrostatic(table)) => slope::hydrostatic_pressure(
+                &model.slope,
+                &model.water,
+                table,
+                model.analysis.gravity_m_s2,
+                self.points.x[i],
+                self.points.y[i],
+            ),
+            _ => 0.0,
+        }
+    }
+
+    /// The spec's slope with these points: rigid fixed base, rollers left and right, failure stage's controls.
+    fn setup(&self, points: InitialPoints) -> Setup {
+        let Model { mesh, soil, water, analysis, .. } = &self.spec.model;
+        Setup {
+            grid: self.grid,
+            points_per_cell_side: mesh.points_per_cell_side,
+            conditions: Conditions {
+                left: Support::Roller,
+                right: Support::Roller,
+                bottom: Support::Fixed,
+                top: Support::Open,
+                gravity_m_s2: [0.0, -analysis.gravity_m_s2],
+                closed_surface: water.ground_surface == GroundSurface::Closed,
+            },
+            material: Material {
+                youngs_modulus_pa: soil.youngs_modulus_pa,
+                poissons_ratio: soil.poissons_ratio,
+                dilation_angle_rad: soil.dilation_angle_rad,
+                tension_cutoff_pa: soil.tension_cutoff_pa,
+                porosity: soil.porosity,
+                permeability_m_s: soil.permeability_m_s,
+                water_density_kg_m3: water.density_kg_m3,
+                water_bulk_modulus_pa: water.bulk_modulus_pa,
+                cavitation_suction_pa: water.cavitation_suction_pa,
+                gravity_m_s2: analysis.gravity_m_s2,
+            },
+            controls: Controls {
+                formulation: analysis.formulation,
+                volumetric_strain: analysis.volumetric_strain,
+                pressure_relaxation_rate_per_s: analysis.pressure_relaxation_rate_per_s,
+                pic_rate_per_s: analysis.pic_rate_per_s,
+                local_damping: analysis.local_damping,
+                courant_number: analysis.courant_number,
+            },
+            points,
+        }
+    }
+
+    fn outcome(&self, index: u64, start: &State, failure: Failure) -> Outcome {
+        let Failure { state, end, simulated_s, steps, moving } = failure;
+        let (reason, rest) = match end {
+            End::AtRest { since_s } => (Reason::AtRest, Some(since_s)),
+            End::Duration if moving => (Reason::StillMoving, None),
+            End::Duration | End::Stopped => (Reason::DurationReached, None),
+            End::StepLimit => return self.failed(index, Reason::StepLimit, simulated_s, steps, Some(&state)),
+            End::NonFinite => return self.failed(index, Reason::NonFinite, simulated_s, steps, Some(&state)),
+            End::LeftGrid => return self.failed(index, Reason::LeftGrid, simulated_s, steps, Some(&state)),
+        };
+        let Model { slope, mesh, sample, .. } = &self.spec.model;
+        let moved = Moved { x0: &start.x, y0: &start.y, x: &state.x, y: &state.y, volume: &state.volume };
+        let measures = runout::measure(&moved, slope, mesh, sample.threshold_m, rest);
+        let kind = if sample.measure.of(&measures) > sample.threshold_m {
+            OutcomeKind::Runout
+        } else {
+            OutcomeKind::Stable
+        };
+        self.record(index, kind, reason, Some(measures), simulated_s, steps, Some(&state))
+    }
+
+    fn failed(
+        &self,
+        index: u64,
+        reason: Reason,
+        simulated_s: f64,
+        steps: u64,
+        state: Option<&State>,
+    ) -> Outcome {
+        self.record(index, OutcomeKind::Failed, reason, None, simulated_s, steps, state)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the fields of an outcome, once each")]
+    fn record(
+        &self,
+        index: u64,
+        outcome: OutcomeKind,
+        reason: Reason,
+        measures: Option<Measures>,
+        simulated_s: f64,
+        steps: u64,
+        state: Option<&State>,
+    ) -> Outcome {
+        let mut record = Outcome {
+            index,
+            outcome,
+            reason,
+            measures,
+            simulated_s,
+            steps,
+            points: self.points.len() as u64,
+            digest: String::new(),
+        };
+        record.digest = digest(&record, state);
+        record
+    }
+}
+
+/// Root mean square over the points of displacement over time between two states: what oscillates about a place
+/// does not count as moving.
+fn net_velocity(before: &State, after: &State, time_s: f64) -> f64 {
+    if time_s <= 0.0 || before.x.is_empty() {
+        return 0.0;
+    }
+    let square: f64 = (0..before.x.len())
+        .map(|i| {
+            let (dx, dy) = (after.x[i] - before.x[i], after.y[i] - before.y[i]);
+            dx * dx + dy * dy
+        })
+        .sum();
+    (square / before.x.len() as f64).sqrt() / time_s
+}
+
+/// First 32 hexadecimal digits of the BLAKE3 hash of the points' state, in point order, and the outcome's fields.
+fn digest(outcome: &Outcome, state: Option<&State>) -> String {
+    let mut hasher = blake3::Hasher::new_derive_key("runout 2026 outcome digest v1");
+    // Numbers that are none may differ in their payload between processors: they count as one.
+    let mut number = |value: f64| {
+        let bits = if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
+        hasher.update(&bits.to_le_bytes());
+    };
+    if let Some(state) = state {
+        let fields = [
+            &state.x,
+            &state.y,
+            &state.vx,
+            &state.vy,
+            &state.wx,
+            &state.wy,
+            &state.stress_xx,
+            &state.stress_yy,
+            &state.stress_zz,
+            &state.stress_xy,
+            &state.pressure,
+            &state.porosity,
+            &state.volume,
+            &state.plastic_strain,
+        ];
+        fields.into_iter().flatten().for_each(|&value| number(value));
+    }
+    if let Some(m) = &outcome.measures {
+        for value in [
+            m.max_displacement_m,
+            m.displacement_q999_m,
+            m.toe_advance_m,
+            m.crest_retreat_m,
+            m.moved_area_m2,
+            m.deposit_height_at_toe_m,
+            m.time_to_rest_s.unwrap_or(f64::NAN),
+        ] {
+            number(value);
+        }
+    }
+    number(outcome.simulated_s);
+    for whole in [outcome.index, outcome.steps, outcome.points] {
+        hasher.update(&whole.to_le_bytes());
+    }
+    hasher.update(outcome.outcome.name().as_bytes());
+    hasher.update(outcome.reason.name().as_bytes());
+    hasher.finalize().to_hex()[..32].to_owned()
+}

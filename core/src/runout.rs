@@ -1,0 +1,179 @@
+//! Measures of what moved.
+//!
+//! u is the displacement of a point since the start of the failure stage. A point is drawn as a square of its
+//! initial spacing, so that fronts and heights include half a spacing.
+//!
+//! * Maximum displacement: the largest |u| (what the paper calls runout distance).
+//! * 99.9 % quantile: of |u| over the points, linear between order statistics (Hyndman & Fan 1996, type 7).
+//! * Toe advance: front of the contiguous material above toe level, less the initial toe (x = 0). Contiguous are the
+//!   points in occupied grid cells that are joined through cell sides to the slope's own body; sprayed points are not.
+//! * Crest retreat: largest distance behind the crest edge at which a point of the original ground surface moved
+//!   more than the threshold.
+//! * Moved area: present volume of the points with |u| above the threshold.
+//! * Deposit height at the toe: top of the contiguous material in the first cell column in front of the toe.
+
+use crate::campaign::{Mesh, Slope};
+use crate::gimp::Grid;
+use crate::outcome::Measures;
+use crate::slope;
+
+/// The points at the end and where they were at the start of failure; equal lengths, m and m2.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved<'a> {
+    /// Positions before.
+    pub x0: &'a [f64],
+    /// Positions before.
+    pub y0: &'a [f64],
+    /// Positions now.
+    pub x: &'a [f64],
+    /// Positions now.
+    pub y: &'a [f64],
+    /// Volumes now.
+    pub volume: &'a [f64],
+}
+
+/// Measures `moved` on the grid of the slope; `threshold_m` says what counts as moved.
+pub fn measure(
+    moved: &Moved<'_>,
+    slope: &Slope,
+    mesh: &Mesh,
+    threshold_m: f64,
+    time_to_rest_s: Option<f64>,
+) -> Measures {
+    let displacement: Vec<f64> = (0..moved.x.len())
+        .map(|i| {
+            let (dx, dy) = (moved.x[i] - moved.x0[i], moved.y[i] - moved.y0[i]);
+            (dx * dx + dy * dy).sqrt()
+        })
+        .collect();
+    let mut sorted = displacement.clone();
+    sorted.sort_by(f64::total_cmp);
+    let half = 0.5 * mesh.point_spacing_m();
+    let edge = slope::crest_edge_x(slope);
+    let surface = slope.height_m - mesh.point_spacing_m();
+
+    let contiguous = contiguous(moved, &slope::grid(slope, mesh));
+    let joined = || (0..moved.x.len()).filter(|&i| contiguous[i]);
+    let front = joined().map(|i| moved.x[i] + half).fold(0.0, f64::max);
+    let height = joined()
+        .filter(|&i| moved.x[i] >= 0.0 && moved.x[i] < mesh.cell_size_m)
+        .map(|i| moved.y[i] + half)
+        .fold(0.0, f64::max);
+    let gone = || (0..moved.x.len()).filter(|&i| displacement[i] > threshold_m);
+    Measures {
+        max_displacement_m: sorted.last().copied().unwrap_or(0.0),
+        displacement_q999_m: quantile(&sorted, 0.999),
+        toe_advance_m: front,
+        crest_retreat_m: gone()
+            .filter(|&i| moved.y0[i] > surface && moved.x0[i] < edge)
+            .map(|i| edge - moved.x0[i] + half)
+            .fold(0.0, f64::max),
+        moved_area_m2: gone().map(|i| moved.volume[i]).sum(),
+        deposit_height_at_toe_m: height,
+        time_to_rest_s,
+    }
+}
+
+/// Quantile of sorted values, type 7 of Hyndman & Fan (1996); 0 of nothing.
+fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let place = p * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// Which points above toe level lie in cells joined through their sides to the slope's body: to the occupied cells
+/// behind the toe in the row of cells above toe level.
+fn contiguous(moved: &Moved<'_>, grid: &Grid) -> Vec<bool> {
+    let [nx, ny] = grid.nodes;
+    let cells: Vec<Option<usize>> = (0..moved.x.len())
+        .map(|i| (moved.y[i] >= 0.0).then(|| grid.cell_of(moved.x[i], moved.y[i])))
+        .collect();
+    let mut occupied = vec![false; nx * ny];
+    cells.iter().flatten().for_each(|&cell| occupied[cell] = true);
+
+    // The middles of the lowest row above toe level, from the left wall to the toe.
+    let lowest = grid.cell_of(0.0, 0.5 * grid.cell_m) / nx;
+    let toe = grid.cell_of(-0.5 * grid.cell_m, 0.5 * grid.cell_m) % nx;
+    let mut reached = vec![false; nx * ny];
+    let mut waiting: Vec<usize> = (0..=toe).map(|i| lowest * nx + i).filter(|&cell| occupied[cell]).collect();
+    waiting.iter().for_each(|&cell| reached[cell] = true);
+    while let Some(cell) = waiting.pop() {
+        let (i, j) = (cell % nx, cell / nx);
+        let sides = [
+            (i > 0).then(|| cell - 1),
+            (i + 1 < nx).then(|| cell + 1),
+            (j > 0).then(|| cell - nx),
+            (j + 1 < ny).then(|| cell + nx),
+        ];
+        for side in sides.into_iter().flatten() {
+            if occupied[side] && !reached[side] {
+                reached[side] = true;
+                waiting.push(side);
+            }
+        }
+    }
+    cells.into_iter().map(|cell| cell.is_some_and(|c| reached[c])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points;
+
+    const SLOPE: Slope = Slope {
+        height_m: 4.0,
+        angle_rad: std::f64::consts::FRAC_PI_4,
+        crest_width_m: 4.0,
+        foundation_depth_m: 0.0,
+        runout_plain_m: 8.0,
+    };
+    const MESH: Mesh = Mesh { cell_size_m: 1.0, points_per_cell_side: 2 };
+
+    fn measured(change: impl Fn(usize, &mut f64, &mut f64)) -> Measures {
+        let points = points::fill(&SLOPE, &MESH);
+        let (mut x, mut y) = (points.x.clone(), points.y.clone());
+        for i in 0..x.len() {
+            change(i, &mut x[i], &mut y[i]);
+        }
+        let volume = vec![0.25; x.len()];
+        let moved = Moved { x0: &points.x, y0: &points.y, x: &x, y: &y, volume: &volume };
+        measure(&moved, &SLOPE, &MESH, 0.1, Some(1.0))
+    }
+
+    #[test]
+    fn nothing_moved_measures_zero() {
+        let m = measured(|_, _, _| {});
+        assert_eq!([m.max_displacement_m, m.displacement_q999_m, m.toe_advance_m], [0.0; 3]);
+        assert_eq!([m.crest_retreat_m, m.moved_area_m2, m.deposit_height_at_toe_m], [0.0; 3]);
+    }
+
+    #[test]
+    fn a_block_slide_moves_everything_by_its_shift() {
+        let m = measured(|_, x, _| *x += 2.0);
+        assert_eq!(m.max_displacement_m, 2.0);
+        assert_eq!(m.displacement_q999_m, 2.0);
+        assert!((m.toe_advance_m - 2.0).abs() < 1e-12);
+        assert!((m.crest_retreat_m - 4.0).abs() < 1e-12);
+        assert!((m.deposit_height_at_toe_m - 2.0).abs() < 0.51, "{m:?}");
+    }
+
+    #[test]
+    fn a_sprayed_point_counts_for_the_maximum_only() {
+        let m = measured(|i, x, _| *x += if i == 0 { 14.0 } else { 0.0 });
+        assert_eq!(m.max_displacement_m, 14.0);
+        assert_eq!(m.toe_advance_m, 0.0);
+        assert_eq!(m.moved_area_m2, 0.25);
+    }
+
+    #[test]
+    fn quantiles_follow_type_seven() {
+        let values: Vec<f64> = (0..=1000).map(f64::from).collect();
+        assert_eq!(quantile(&values, 0.999), 999.0);
+        assert!((quantile(&[0.0, 1.0], 0.999) - 0.999).abs() < 1e-15);
+        assert_eq!(quantile(&[], 0.999), 0.0);
+    }
+}

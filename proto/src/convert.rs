@@ -1,0 +1,252 @@
+//! Between core's types and the wire. Every number that arrives is checked; an error names the field.
+
+use crate::v1;
+use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use thiserror::Error;
+
+/// A message that cannot be understood.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DecodeError {
+    /// A field that must be there is not.
+    #[error("{field} is missing")]
+    Missing {
+        /// Name of the field.
+        field: &'static str,
+    },
+    /// A field holds what it must not.
+    #[error("{field} = {value} is not allowed; {allowed}")]
+    Bad {
+        /// Name of the field.
+        field: &'static str,
+        /// What it holds.
+        value: String,
+        /// What it may hold.
+        allowed: &'static str,
+    },
+}
+
+/// The outcome as it travels.
+pub fn encode_outcome(outcome: &Outcome) -> v1::Outcome {
+    v1::Outcome {
+        index: outcome.index,
+        kind: encode_kind(outcome.outcome) as i32,
+        reason: encode_reason(outcome.reason) as i32,
+        measures: outcome.measures.map(|m| v1::Measures {
+            max_displacement_m: m.max_displacement_m,
+            displacement_q999_m: m.displacement_q999_m,
+            toe_advance_m: m.toe_advance_m,
+            crest_retreat_m: m.crest_retreat_m,
+            moved_area_m2: m.moved_area_m2,
+            deposit_height_at_toe_m: m.deposit_height_at_toe_m,
+            time_to_rest_s: m.time_to_rest_s,
+        }),
+        simulated_s: outcome.simulated_s,
+        steps: outcome.steps,
+        points: outcome.points,
+        digest: outcome.digest.clone(),
+    }
+}
+
+/// The outcome that arrived.
+///
+/// # Errors
+/// A field that is missing, not finite or out of its range; measures of a failed analysis or none of another.
+pub fn decode_outcome(wire: Option<v1::Outcome>) -> Result<Outcome, DecodeError> {
+    let wire = wire.ok_or(DecodeError::Missing { field: "outcome" })?;
+    let outcome = decode_kind(wire.kind())?;
+    let measures = match (outcome, &wire.measures) {
+        (OutcomeKind::Failed, None) => None,
+        (OutcomeKind::Failed, Some(_)) => {
+            return Err(bad("outcome.measures", "present", "a failed analysis has none"));
+        }
+        (_, None) => return Err(DecodeError::Missing { field: "outcome.measures" }),
+        (_, Some(measures)) => Some(decode_measures(measures)?),
+    };
+    Ok(Outcome {
+        index: wire.index,
+        outcome,
+        reason: decode_reason(wire.reason())?,
+        measures,
+        simulated_s: non_negative("outcome.simulated_s", wire.simulated_s)?,
+        steps: wire.steps,
+        points: wire.points,
+        digest: hexadecimal("outcome.digest", wire.digest, 32)?,
+    })
+}
+
+/// A number that must be finite and not negative.
+///
+/// # Errors
+/// It is not; the error names `field`.
+pub fn non_negative(field: &'static str, value: f64) -> Result<f64, DecodeError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(bad(field, value, "it must be finite and 0 or greater"))
+    }
+}
+
+/// A digest of `digits` hexadecimal digits.
+///
+/// # Errors
+/// It is not; the error names `field`.
+pub fn hexadecimal(field: &'static str, text: String, digits: usize) -> Result<String, DecodeError> {
+    let sound = text.len() == digits && text.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'));
+    if sound {
+        Ok(text)
+    } else {
+        Err(bad(field, shorten(&text), "it must be a digest of hexadecimal digits"))
+    }
+}
+
+/// A worker's name: 1 to 128 printable characters.
+///
+/// # Errors
+/// It is not.
+pub fn worker_name(text: String) -> Result<String, DecodeError> {
+    let sound = (1..=128).contains(&text.chars().count()) && text.chars().all(|c| !c.is_control());
+    if sound {
+        Ok(text)
+    } else {
+        Err(bad("name", shorten(&text), "it must be 1 to 128 printable characters"))
+    }
+}
+
+/// The number of slots of a worker: 1 to 4096.
+///
+/// # Errors
+/// It is not.
+pub fn slots(value: u32) -> Result<u32, DecodeError> {
+    if (1..=4096).contains(&value) { Ok(value) } else { Err(bad("slots", value, "it must be 1 to 4096")) }
+}
+
+fn bad(field: &'static str, value: impl ToString, allowed: &'static str) -> DecodeError {
+    DecodeError::Bad { field, value: value.to_string(), allowed }
+}
+
+/// A peer's text, cut so that a message about it stays a message.
+fn shorten(text: &str) -> String {
+    text.chars().take(80).flat_map(char::escape_default).collect()
+}
+
+fn decode_measures(wire: &v1::Measures) -> Result<Measures, DecodeError> {
+    Ok(Measures {
+        max_displacement_m: non_negative("measures.max_displacement_m", wire.max_displacement_m)?,
+        displacement_q999_m: non_negative("measures.displacement_q999_m", wire.displacement_q999_m)?,
+        toe_advance_m: non_negative("measures.toe_advance_m", wire.toe_advance_m)?,
+        crest_retreat_m: non_negative("measures.crest_retreat_m", wire.crest_retreat_m)?,
+        moved_area_m2: non_negative("measures.moved_area_m2", wire.moved_area_m2)?,
+        deposit_height_at_toe_m: non_negative(
+            "measures.deposit_height_at_toe_m",
+            wire.deposit_height_at_toe_m,
+        )?,
+        time_to_rest_s: wire
+            .time_to_rest_s
+            .map(|value| non_negative("measures.time_to_rest_s", value))
+            .transpose()?,
+    })
+}
+
+fn encode_kind(kind: OutcomeKind) -> v1::outcome::Kind {
+    match kind {
+        OutcomeKind::Runout => v1::outcome::Kind::Runout,
+        OutcomeKind::Stable => v1::outcome::Kind::Stable,
+        OutcomeKind::Failed => v1::outcome::Kind::Failed,
+    }
+}
+
+fn decode_kind(kind: v1::outcome::Kind) -> Result<OutcomeKind, DecodeError> {
+    match kind {
+        v1::outcome::Kind::Runout => Ok(OutcomeKind::Runout),
+        v1::outcome::Kind::Stable => Ok(OutcomeKind::Stable),
+        v1::outcome::Kind::Failed => Ok(OutcomeKind::Failed),
+        v1::outcome::Kind::Unspecified => Err(DecodeError::Missing { field: "outcome.kind" }),
+    }
+}
+
+fn encode_reason(reason: Reason) -> v1::outcome::Reason {
+    match reason {
+        Reason::AtRest => v1::outcome::Reason::AtRest,
+        Reason::DurationReached => v1::outcome::Reason::DurationReached,
+        Reason::StillMoving => v1::outcome::Reason::StillMoving,
+        Reason::NonFinite => v1::outcome::Reason::NonFinite,
+        Reason::LeftGrid => v1::outcome::Reason::LeftGrid,
+        Reason::StepLimit => v1::outcome::Reason::StepLimit,
+        Reason::BadMaterial => v1::outcome::Reason::BadMaterial,
+        Reason::Poison => v1::outcome::Reason::Poison,
+    }
+}
+
+fn decode_reason(reason: v1::outcome::Reason) -> Result<Reason, DecodeError> {
+    Reason::ALL
+        .into_iter()
+        .find(|&r| encode_reason(r) == reason)
+        .ok_or(DecodeError::Missing { field: "outcome.reason" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn outcome() -> Outcome {
+        Outcome {
+            index: 7,
+            outcome: OutcomeKind::Runout,
+            reason: Reason::AtRest,
+            measures: Some(Measures {
+                max_displacement_m: 3.0,
+                displacement_q999_m: 2.5,
+                toe_advance_m: 1.0,
+                crest_retreat_m: 0.5,
+                moved_area_m2: 12.0,
+                deposit_height_at_toe_m: 0.25,
+                time_to_rest_s: None,
+            }),
+            simulated_s: 4.0,
+            steps: 1000,
+            points: 10_125,
+            digest: "0123456789abcdef0123456789abcdef".to_owned(),
+        }
+    }
+
+    #[test]
+    fn what_is_missing_or_bad_is_named() {
+        let said = |change: fn(&mut v1::Outcome)| {
+            let mut wire = encode_outcome(&outcome());
+            change(&mut wire);
+            decode_outcome(Some(wire)).unwrap_err().to_string()
+        };
+        assert_eq!(decode_outcome(None).unwrap_err().to_string(), "outcome is missing");
+        assert_eq!(said(|w| w.kind = 0), "outcome.kind is missing");
+        assert_eq!(said(|w| w.reason = 99), "outcome.reason is missing");
+        assert_eq!(said(|w| w.measures = None), "outcome.measures is missing");
+        assert!(said(|w| w.simulated_s = f64::NAN).starts_with("outcome.simulated_s = NaN"));
+        assert!(said(|w| w.digest = "xyz".into()).starts_with("outcome.digest = xyz"));
+        assert!(said(|w| w.kind = 3).starts_with("outcome.measures = present"));
+    }
+
+    proptest! {
+        #[test]
+        fn an_outcome_survives_the_wire(
+            index: u64,
+            displacement in 0.0..1e3_f64,
+            rest in proptest::option::of(0.0..1e2_f64),
+            reason in 0..Reason::ALL.len(),
+            failed: bool,
+        ) {
+            let mut sent = outcome();
+            sent.index = index;
+            sent.reason = Reason::ALL[reason];
+            if let Some(measures) = &mut sent.measures {
+                measures.max_displacement_m = displacement;
+                measures.time_to_rest_s = rest;
+            }
+            if failed {
+                sent.outcome = OutcomeKind::Failed;
+                sent.measures = None;
+            }
+            prop_assert_eq!(decode_outcome(Some(encode_outcome(&sent))).unwrap(), sent);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! A worker whose realisations take a set time and follow from (seed, index) alone: for tests of everything around
+//! the analysis. Faults are asked for by environment variables.
+
+use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::realisation::{Cancelled, Progress};
+use runout_core::spec::Spec;
+use runout_worker::{Realise, process};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+fn main() -> ExitCode {
+    process::main(prepare)
+}
+
+fn prepare(spec: Spec) -> Result<Realise, String> {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
+    let time = Duration::from_millis(number("SYNTHETIC_MS").unwrap_or(5));
+    let panics_at = number("SYNTHETIC_PANICS_AT");
+    let aborts_at = number("SYNTHETIC_ABORTS_AT");
+    let other_bits = number("SYNTHETIC_OTHER_BITS").is_some();
+    Ok(Box::new(move |index, progress| {
+        assert_ne!(Some(index), panics_at, "asked to panic");
+        if Some(index) == aborts_at {
+            std::process::abort();
+        }
+        take(time, progress)?;
+        Ok(outcome(spec.seed, index, other_bits))
+    }))
+}
+
+/// Takes the time of a realisation, ready to be cancelled.
+fn take(time: Duration, progress: &Progress) -> Result<(), Cancelled> {
+    let started = Instant::now();
+    while started.elapsed() < time {
+        if progress.is_cancelled() {
+            return Err(Cancelled);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Ok(())
+}
+
+fn outcome(seed: u64, index: u64, other_bits: bool) -> Outcome {
+    let hash = blake3::hash(format!("{seed} {index}").as_bytes());
+    let byte = |place: usize| f64::from(hash.as_bytes()[place]);
+    let stable = hash.as_bytes()[0] < 64;
+    let runout_m = if stable { 0.01 } else { 2.0 + byte(1) / 64.0 + f64::from(u8::from(other_bits)) };
+    let digest = if other_bits { "f".repeat(32) } else { hash.to_hex()[..32].to_owned() };
+    Outcome {
+        index,
+        outcome: if stable { OutcomeKind::Stable } else { OutcomeKind::Runout },
+        reason: Reason::AtRest,
+        measures: Some(Measures {
+            max_displacement_m: runout_m,
+            displacement_q999_m: runout_m,
+            toe_advance_m: byte(2) / 128.0,
+            crest_retreat_m: byte(3) / 128.0,
+            moved_area_m2: byte(4),
+            deposit_height_at_toe_m: byte(5) / 256.0,
+            time_to_rest_s: Some(byte(6) / 32.0),
+        }),
+        simulated_s: byte(7) / 16.0,
+        steps: index * 10,
+        points: 100,
+        digest,
+    }
+}

@@ -1,0 +1,170 @@
+//! Processes that die, disagree, or must not start: the campaign's results stay the same.
+//!
+//! The realisations are synthetic (a set time, an outcome that follows from the index), so that the faults come at
+//! the moments they are wanted.
+
+use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
+use std::net::TcpListener;
+use std::path::Path;
+
+fn synthetic() -> &'static Path {
+    Path::new(env!("CARGO_BIN_EXE_synthetic-worker"))
+}
+
+/// Stops at the maximum: 60 realisations, whatever the estimates.
+fn to_the_maximum() -> String {
+    COARSE.replace("mean_half_width = 0.2", "mean_half_width = 1e-6")
+}
+
+/// The results of an undisturbed campaign with `workers` workers.
+fn undisturbed(campaign: &str, workers: usize, code: i32) -> String {
+    let cluster = Cluster::new(campaign);
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let mut workers: Vec<_> = (0..workers).map(|_| cluster.worker(synthetic(), &url, &[], &[])).collect();
+    assert_eq!(coordinator.exit_code(), code, "{}", coordinator.errors());
+    for worker in &mut workers {
+        assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    }
+    assert!(!cluster.path("out/coordinator.addr").exists());
+    results(&cluster.path("out"))
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_workers() {
+    let one = undisturbed(COARSE, 1, 0);
+    // Convergence is reached before the maximum, with leases beyond the stopping index in flight.
+    assert!((20..60).contains(&one.lines().count()), "{one}");
+    assert_eq!(undisturbed(COARSE, 3, 0), one);
+}
+
+#[test]
+fn killed_and_resumed_equals_never_interrupted() {
+    let expected = undisturbed(&to_the_maximum(), 2, 3);
+    assert_eq!(expected.lines().count(), 60);
+
+    let cluster = Cluster::new(&to_the_maximum());
+    let out = cluster.path("out");
+    let slow = [("SYNTHETIC_MS", "40")];
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let mut first = cluster.worker(synthetic(), &url, &[], &slow);
+    let mut second = cluster.worker(synthetic(), &url, &[], &slow);
+    wait_for("10 outcomes", || (recorded(&out) >= 10).then_some(()));
+    first.kill();
+    let mut third = cluster.worker(synthetic(), &url, &[], &slow);
+    wait_for("20 outcomes", || (recorded(&out) >= 20).then_some(()));
+    coordinator.kill();
+    third.kill();
+    // The same port, so that the second worker, which has kept trying, finds it again.
+    let (_, port) = url.rsplit_once(':').unwrap();
+    let listen = format!("127.0.0.1:{port}");
+    let mut coordinator = cluster.runout(&[
+        "serve",
+        "campaign.toml",
+        "--out",
+        "out",
+        "--listen",
+        &listen,
+        "--heartbeat",
+        "0.25",
+    ]);
+    let mut fourth = cluster.worker(synthetic(), &url, &[], &slow);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(second.exit_code(), 0, "{}", second.errors());
+    assert_eq!(fourth.exit_code(), 0, "{}", fourth.errors());
+    assert!(second.errors().contains("registering again"), "{}", second.errors());
+    assert_eq!(results(&out), expected);
+
+    // A finished campaign says so at once.
+    let mut again = cluster.runout(&["serve", "campaign.toml", "--out", "out", "--json"]);
+    assert_eq!(again.exit_code(), 3);
+    assert!(again.output().contains("\"state\": \"maximum\""), "{}", again.output());
+}
+
+#[test]
+fn an_index_that_takes_workers_down_is_poison_and_the_campaign_goes_on() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let panics = [("SYNTHETIC_PANICS_AT", "7")];
+    let mut worker = cluster.worker(synthetic(), &url, &[], &panics);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    let results = results(&cluster.path("out"));
+    assert_eq!(results.lines().count(), 60);
+    assert!(results.lines().nth(7).unwrap().contains("\"reason\":\"poison\""), "{results}");
+}
+
+#[test]
+fn a_worker_with_other_bits_is_found_by_the_audit_and_set_aside() {
+    let campaign = to_the_maximum().replace("audit_fraction = 0.1", "audit_fraction = 0.9");
+    let cluster = Cluster::new(&campaign);
+    let (mut coordinator, url) = cluster.serve("out", &["--json"]);
+    let slow = ("SYNTHETIC_MS", "20");
+    let _sound = cluster.worker(synthetic(), &url, &["--name", "sound"], &[slow]);
+    wait_for("5 outcomes", || (recorded(&cluster.path("out")) >= 5).then_some(()));
+    let odd = [slow, ("SYNTHETIC_OTHER_BITS", "1")];
+    let mut odd = cluster.worker(synthetic(), &url, &["--name", "odd"], &odd);
+    assert_eq!(odd.exit_code(), 0, "{}", odd.errors());
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert!(coordinator.errors().contains("another digest"), "{}", coordinator.errors());
+    assert!(coordinator.output().contains("\"conflicts\": 1"), "{}", coordinator.output());
+}
+
+#[test]
+fn sigterm_drains_coordinator_and_worker() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let out = cluster.path("out");
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let slow = [("SYNTHETIC_MS", "30")];
+    let mut worker = cluster.worker(synthetic(), &url, &[], &slow);
+    wait_for("5 outcomes", || (recorded(&out) >= 5).then_some(()));
+    worker.terminate();
+    assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    let mut worker = cluster.worker(synthetic(), &url, &["--give-up-after", "1"], &slow);
+    wait_for("10 outcomes", || (recorded(&out) >= 10).then_some(()));
+    coordinator.terminate();
+    assert_eq!(coordinator.exit_code(), 130, "{}", coordinator.errors());
+    assert!(!out.join("coordinator.addr").exists());
+    // It keeps trying for as long as it was told to.
+    assert_eq!(worker.exit_code(), 1);
+    assert!(worker.errors().contains("has not answered"), "{}", worker.errors());
+    // Nothing was lost: no index was given out in vain but those beyond what is recorded.
+    let mut status = cluster.runout(&["status", "out", "--json"]);
+    assert_eq!(status.exit_code(), 0);
+    assert!(status.output().contains("\"state\": \"interrupted\""), "{}", status.output());
+}
+
+#[test]
+fn what_must_not_start_does_not() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (_coordinator, url) = cluster.serve("out", &[]);
+    let refused = |arguments: &[&str], expected: &str| {
+        let mut process = cluster.runout(arguments);
+        assert_eq!(process.exit_code(), 2, "{}", process.errors());
+        assert!(process.errors().contains(expected), "{}", process.errors());
+    };
+    // A second coordinator for the same run directory.
+    refused(&["serve", "campaign.toml", "--out", "out", "--listen", "127.0.0.1:0"], "another coordinator");
+    // A run directory of another campaign: the difference is shown.
+    let other = to_the_maximum().replace("height_m = 15.0", "height_m = 14.0");
+    std::fs::write(cluster.path("other.toml"), other).unwrap();
+    let (_other, _) = cluster.serve("second", &[]);
+    drop(_other);
+    refused(
+        &["serve", "other.toml", "--out", "second", "--listen", "127.0.0.1:0"],
+        "model.slope.height_m: 15.0 -> 14.0",
+    );
+    // A directory that holds something else.
+    std::fs::create_dir(cluster.path("full")).unwrap();
+    std::fs::write(cluster.path("full/thesis.txt"), "").unwrap();
+    refused(&["serve", "campaign.toml", "--out", "full", "--listen", "127.0.0.1:0"], "thesis.txt");
+    // A port in use, and one that others could reach.
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    refused(&["serve", "campaign.toml", "--out", "third", "--listen", &address], "cannot listen on");
+    refused(&["serve", "campaign.toml", "--out", "third", "--listen", "0.0.0.0:0"], "--insecure");
+    assert!(!cluster.path("third").exists());
+    // The coordinator is still there.
+    let mut status = cluster.runout(&["status", &url]);
+    assert_eq!(status.exit_code(), 0, "{}", status.errors());
+    assert!(status.output().contains("running"), "{}", status.output());
+}

@@ -1,0 +1,70 @@
+//! The worker as a process: signals, the parent's end, logging, exit codes.
+
+use crate::options::Options;
+use crate::{Prepare, runner};
+use clap::Parser;
+use std::io::{self, Read};
+use std::process::ExitCode;
+use std::thread;
+use tokio::sync::watch;
+
+/// Exit code after a second SIGTERM: 128 + 15, as shells count.
+const TERMINATED: i32 = 143;
+
+/// Parses the command line, works, and gives the exit code: 0 if the worker left in order, 1 if it could not work.
+pub fn main(prepare: Prepare) -> ExitCode {
+    let options = Options::parse();
+    let filter = tracing_subscriber::EnvFilter::try_from_env("RUNOUT_LOG").unwrap_or_else(|_| {
+        tracing_subscriber::EnvFilter::new(if options.leave_with_parent { "warn" } else { "info" })
+    });
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
+    match work(&options, prepare) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("runout-worker: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn work(options: &Options, prepare: Prepare) -> anyhow::Result<()> {
+    if options.leave_with_parent {
+        thread::Builder::new().name("parent".to_owned()).spawn(leave_with_parent)?;
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+    let ended = runtime.block_on(async {
+        let interrupts = interruptions()?;
+        Ok(runner::run(options, prepare, interrupts).await?)
+    });
+    // A computing thread that has not yet seen its cancellation is no reason to stay.
+    runtime.shutdown_background();
+    ended
+}
+
+/// Counts SIGTERM and SIGINT; the second one ends the process at once.
+fn interruptions() -> io::Result<watch::Receiver<u32>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let (count, counted) = watch::channel(0);
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            count.send_modify(|n| *n += 1);
+            if *count.borrow() > 1 {
+                std::process::exit(TERMINATED);
+            }
+        }
+    });
+    Ok(counted)
+}
+
+/// Ends the process when the parent has closed standard input or is gone. Finished outcomes are in the spool.
+fn leave_with_parent() {
+    let mut ignored = [0; 64];
+    while io::stdin().read(&mut ignored).is_ok_and(|n| n > 0) {}
+    std::process::exit(0);
+}

@@ -166,8 +166,9 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             .zip(&mut nodes.velocities[start..end])
             .zip(&mut nodes.cells[start..end])
             .zip(&nodes.free[start..end])
-            .zip(&nodes.friction[start..end]);
-        for ((((sums, velocities), cell), free), friction) in rows {
+            .zip(&nodes.friction[start..end])
+            .zip(&nodes.rates[start..end]);
+        for (((((sums, velocities), cell), free), friction), rates) in rows {
             cell.0 = [0.0; 8];
             let [skeleton, water, ..] = sums.0;
             sums.0 = [0.0; 8];
@@ -186,6 +187,10 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             ];
             if friction.is_some() {
                 v[1] = v[1].max(0.0);
+                // A node that sticks does so for the strains as well.
+                if rates.0[4] == 0.0 && rates.0[5] == 0.0 {
+                    v[0] = 0.0;
+                }
             }
             velocities.0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
         }

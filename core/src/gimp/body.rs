@@ -101,7 +101,6 @@ pub struct Body {
     elastic: Elastic,
     wave_m_s: f64,
     largest_density: f64,
-    total_mass: f64,
     fastest_m_s: f64,
     /// How far a point may have moved since the last sort, m.
     travelled_m: f64,
@@ -139,7 +138,6 @@ impl Body {
             elastic,
             wave_m_s: wave_speed(&setup.material, setup.controls.formulation, smallest_density, grid.cell_m),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
-            total_mass: points.density.iter().zip(&points.volume).map(|(d, v)| d * v).sum(),
             fastest_m_s: points
                 .velocity
                 .iter()
@@ -169,19 +167,9 @@ impl Body {
         self.steps
     }
 
-    /// Mass of everything at the start, kg per m of width.
-    pub fn total_mass(&self) -> f64 {
-        self.total_mass
-    }
-
     /// Time step that the Courant number allows now, s.
     pub fn stable_step_s(&self) -> f64 {
         time_step(&self.setup.controls, self.setup.grid.cell_m, self.wave_m_s, self.fastest_m_s)
-    }
-
-    /// Replaces the local damping from the next step on.
-    pub fn set_local_damping(&mut self, share: f64) {
-        self.setup.controls.local_damping = share;
     }
 
     /// Carries the points through one step of `dt_s`, s.
@@ -198,6 +186,16 @@ impl Body {
         self.time_s += dt_s;
         self.steps += 1;
         Report { kinetic_energy_j: report.kinetic_energy, left_grid: report.left_grid }
+    }
+
+    /// The points' positions in their original order, m.
+    pub fn positions(&self) -> Vec<[f64; 2]> {
+        let mut positions = vec![[0.0; 2]; self.order.len()];
+        for (place, &original) in self.order.iter().enumerate() {
+            let block = &self.arena.blocks[place / 8];
+            positions[original as usize] = [block.x.0[place % 8], block.y.0[place % 8]];
+        }
+        positions
     }
 
     /// The points' state in their original order.

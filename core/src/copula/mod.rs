@@ -225,6 +225,11 @@ impl Copula {
         LogDensity::new(self).map_or(f64::NAN, |prepared| prepared.at(u))
     }
 
+    /// Density at `u`, one coordinate in (0, 1) per property.
+    pub fn density(&self, u: &[f64]) -> f64 {
+        libm::exp(self.log_density(u))
+    }
+
     /// Distribution function of a two-property copula; `None` in other dimensions.
     pub fn cdf(&self, u: f64, v: f64) -> Option<f64> {
         match self {

@@ -69,6 +69,11 @@ fn candidate(family: Family, sample: &[f64], recipe: Recipe) -> MarginalCandidat
     };
     let (mean, sd) = marginal.moments();
     let log_likelihood = marginal.log_likelihood(sample);
+    if !log_likelihood.is_finite() {
+        // The method of moments can leave an outlier with a probability that rounds to zero.
+        let note = "at these parameters the sample's likelihood is zero to rounding".to_owned();
+        return MarginalCandidate { note: Some(note), ..blank };
+    }
     MarginalCandidate {
         p: Some(marginal.p),
         q: Some(marginal.q),

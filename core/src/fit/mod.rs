@@ -14,9 +14,9 @@ mod marginals;
 mod ranks;
 mod uncertainty;
 
-pub use goodness::{GoodnessOfFit, goodness_of_fit};
+pub use goodness::{GOODNESS_REPLICATES, GoodnessOfFit, goodness_of_fit};
 pub use marginals::marginal_candidates;
-pub use uncertainty::{Interval, PropertyUncertainty, Uncertainty, uncertainty};
+pub use uncertainty::{Interval, PropertyUncertainty, UNCERTAINTY_REPLICATES, Uncertainty, uncertainty};
 
 use crate::campaign::{Criterion, FitSettings, MarginalChoice, Recipe};
 use crate::copula::{self, Copula};

@@ -1,8 +1,8 @@
 //! The copulas of the paper at points computed with 40 digits, their inverses, limits and rank correlations, and the
 //! fields' sampler: uniform marginals and the right tau.
 //!
-//! Tolerances: 1e-12 relative for the points (a few hundred operations of 1e-16 each), and what it costs that u = 0.999999
-//! is no binary number; others are derived where they stand.
+//! Tolerances: 1e-12 relative for the points (a few hundred operations of 1e-16 each), and what it costs that u =
+//! 0.999999 is no binary number; others are derived where they stand.
 
 use proptest::prelude::*;
 use runout_core::copula::{Copula, Family, LogDensity, Sampler};
@@ -216,9 +216,9 @@ fn parameters_out_of_range_are_refused() {
     }
 }
 
-/// Independent normals become uniforms whose Kolmogorov-Smirnov distance stays below 2.2 / sqrt(n) (chance 1e-4 a test)
-/// and whose tau lies within 4.5 standard errors; the standard error of tau is at most sqrt(2 (1 - tau^2) / n)
-/// (Gibbons 1993), here rounded up. For Student t every cell is a realisation of its own.
+/// Independent normals become uniforms whose Kolmogorov-Smirnov distance stays below 2.2 / sqrt(n) (chance 1e-4 a
+/// test) and whose tau lies within 4.5 standard errors; the standard error of tau is at most sqrt(2 (1 - tau^2) /
+/// n) (Gibbons 1993), here rounded up. For Student t every cell is a realisation of its own.
 #[test]
 fn sampled_uniforms_are_uniform_and_have_the_right_tau() {
     const N: usize = 4000;

@@ -1,9 +1,9 @@
-//! The paper's Tables 3, 4, 5, 7 and 8 from its own data, by the recipe that its printed numbers follow, and the same data
-//! by maximum likelihood.
+//! The paper's Tables 3, 4, 5, 7 and 8 from its own data, by the recipe that its printed numbers follow, and the
+//! same data by maximum likelihood.
 //!
-//! Wanted numbers were computed apart from this program with scipy and 40-digit arithmetic; the paper's print agrees with
-//! them to all its digits (it truncates) but for the slips named beside the tests. Tolerances: half a unit of the last digit
-//! kept here; likelihood estimates are known to the square root of the precision, 1e-7 relative.
+//! Wanted numbers were computed apart from this program; the paper's print agrees with them to all its digits (it
+//! truncates) but for the slips named beside the tests. Tolerances: half a unit of the last digit kept here;
+//! likelihood estimates are known to the square root of the precision, 1e-7 relative.
 
 use runout_core::campaign::{CopulaChoice, Criterion, FitSettings, MarginalChoice, Recipe};
 use runout_core::copula::{self, Copula};

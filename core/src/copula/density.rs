@@ -58,10 +58,11 @@ pub(crate) struct Scores {
     degrees_of_freedom: Option<f64>,
     /// Number of tests.
     tests: f64,
-    /// One vector a property. For normal scores not the tests' but, where it exists, a factor of their second-moment matrix,
-    /// which has the same likelihood.
+    /// One vector a property. For normal scores not the tests' but, where it exists, a factor of their
+    /// second-moment matrix, which has the same likelihood.
     columns: Vec<Vec<f64>>,
-    /// Log-density of the marginals but for constants, summed over all scores, with the sign it has in a copula's density.
+    /// Log-density of the marginals but for constants, summed over all scores, with the sign it has in a copula's
+    /// density.
     margins: f64,
 }
 

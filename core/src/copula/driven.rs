@@ -1,10 +1,10 @@
 //! How a copula roughens a field: the autocorrelation of a property beside that of its driving normal fields.
 //!
-//! The first property keeps its driving field. The second is v(u, w), a function of two normals in each cell; between two
-//! cells at driving correlation r the correlation of its normal scores follows from the function's expansion in Hermite
-//! polynomials (Mehler 1866): sum over m of b_m r^m, where b_m is the share of the variance in polynomials of total degree m.
-//! A Gaussian copula has b_1 = 1 and changes nothing; the others put some of the variance into higher degrees, so that
-//! correlation falls off faster than asked.
+//! The first property keeps its driving field. The second is v(u, w), a function of two normals in each cell;
+//! between two cells at driving correlation r the correlation of its normal scores follows from the function's
+//! expansion in Hermite polynomials (Mehler 1866): sum over m of b_m r^m, where b_m is the share of the variance in
+//! polynomials of total degree m. A Gaussian copula has b_1 = 1 and changes nothing; the others put some of the
+//! variance into higher degrees, so that correlation falls off faster than asked.
 
 use super::Copula;
 use crate::special::{clamp_uniform, normal_cdf, normal_log_pdf, normal_quantile};
@@ -13,8 +13,8 @@ use crate::special::{clamp_uniform, normal_cdf, normal_log_pdf, normal_quantile}
 /// share times r^49.
 const HIGHEST_DEGREE: usize = 48;
 
-/// Half-width and step of the trapezoidal rule over each normal, in standard deviations. For a smooth function the rule is
-/// exact to rounding; the steep bend of a strongly dependent copula costs some 1e-4.
+/// Half-width and step of the trapezoidal rule over each normal, in standard deviations. For a smooth function the
+/// rule is exact to rounding; the steep bend of a strongly dependent copula costs some 1e-4.
 const REACH: f64 = 8.0;
 const STEP: f64 = 0.05;
 
@@ -42,8 +42,8 @@ impl DrivenCorrelation {
         self.shares.iter().rev().fold(0.0, |sum, share| (sum + share) * driving)
     }
 
-    /// Effective over requested scale of fluctuation for the single-exponential autocorrelation (the paper, Eq. 16): its
-    /// m-th power has the scale delta / m.
+    /// Effective over requested scale of fluctuation for the single-exponential autocorrelation (the paper, Eq.
+    /// 16): its m-th power has the scale delta / m.
     pub fn single_exponential_scale_ratio(&self) -> f64 {
         self.shares.iter().enumerate().map(|(k, share)| share / (k + 1) as f64).sum()
     }
@@ -88,8 +88,8 @@ fn weighted_polynomials(x: f64) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Three million simulated pairs of cells with the paper's No.16 copula; the standard error of such a correlation is
-    /// sqrt((1 + r^2) / 3e6), at most 8e-4, and the tolerance twice that.
+    /// Three million simulated pairs of cells with the paper's No.16 copula; the standard error of such a
+    /// correlation is sqrt((1 + r^2) / 3e6), at most 8e-4, and the tolerance twice that.
     #[test]
     fn no16_roughens_the_second_property() {
         let copula = Copula::No16 { theta: 0.0174 };

@@ -14,8 +14,8 @@ fn positive_root(s: f64, theta: f64) -> f64 {
     if s < 0.0 { 2.0 * theta / (d - s) } else { 0.5 * (s + d) }
 }
 
-/// 2 theta (1 + theta / u^2)(1 + theta / v^2) / D^3 with D^2 = S^2 + 4 theta, in logarithms because the factors overflow
-/// in the lower tail.
+/// 2 theta (1 + theta / u^2)(1 + theta / v^2) / D^3 with D^2 = S^2 + 4 theta, in logarithms because the factors
+/// overflow in the lower tail.
 pub(super) fn log_density(theta: f64, u: f64, v: f64) -> f64 {
     if theta == 0.0 {
         // All probability lies on the antidiagonal.

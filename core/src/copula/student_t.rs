@@ -47,7 +47,7 @@ pub(super) fn margins(nu: f64, x: &[f64]) -> f64 {
 }
 
 /// Bivariate distribution function by the integral over the correlation from perfect negative dependence (Dunnett and
-/// Sobel 1954; Genz 2004, Eq. 7), with the correlation written as a sine.
+/// Sobel 1954; Genz 2004), with the correlation written as a sine.
 pub(super) fn cdf(rho: f64, nu: f64, u: f64, v: f64) -> f64 {
     let margin = StudentT::new(nu);
     let (h, k) = (margin.quantile(u), margin.quantile(v));
@@ -77,7 +77,7 @@ pub(super) fn conditional_quantile(rho: f64, nu: f64, u: f64, w: f64) -> f64 {
     margin.cdf(rho * x + conditional_scale(rho, nu, x) * StudentT::new(nu + 1.0).quantile(w))
 }
 
-/// Both tails: 2 T_{nu+1}(-sqrt((nu + 1)(1 - rho) / (1 + rho))) (Demarta and McNeil 2005, Eq. 14).
+/// Both tails: 2 T_{nu+1}(-sqrt((nu + 1)(1 - rho) / (1 + rho))) (Demarta and McNeil 2005).
 pub(super) fn tail_dependence(rho: f64, nu: f64) -> f64 {
     2.0 * StudentT::new(nu + 1.0).cdf(-libm::sqrt((nu + 1.0) * (1.0 - rho) / (1.0 + rho)))
 }

@@ -25,8 +25,8 @@ pub(super) struct Sample<'a> {
     pub(super) uniforms: &'a [Vec<f64>],
 }
 
-/// Degrees of freedom that are tried: the density needs more than 2 for a variance, and beyond 300 the log-likelihood of
-/// some tens of tests is within about 0.002 of the Gaussian copula's.
+/// Degrees of freedom that are tried: the density needs more than 2 for a variance, and beyond 300 the
+/// log-likelihood of some tens of tests is within about 0.002 of the Gaussian copula's.
 const DEGREES_OF_FREEDOM: [f64; 2] = [2.05, 300.0];
 
 /// Fits the copula of `dimension` properties; `measured` is absent if any of them was not measured.
@@ -192,8 +192,8 @@ fn out_of_reach(family: Family, tau: f64) -> String {
 
 /// Maximum likelihood of a family with one theta, over a monotone function of theta.
 fn pair_by_likelihood(family: Family, uniforms: &[Vec<f64>]) -> Result<Copula, String> {
-    // Ranges of the searched coordinate reach |tau| of 0.99 and more; cells are narrower than the likelihood's peak for
-    // fewer than some thousand tests.
+    // Ranges of the searched coordinate reach |tau| of 0.99 and more; cells are narrower than the likelihood's peak
+    // for fewer than some thousand tests.
     let (low, high, cells, theta): (f64, f64, usize, fn(f64) -> f64) = match family {
         Family::Frank => (-500.0, 500.0, 100, |x| x),
         Family::No16 => (-25.0, 13.0, 40, libm::exp),
@@ -216,7 +216,8 @@ fn pair_by_likelihood(family: Family, uniforms: &[Vec<f64>]) -> Result<Copula, S
 
 /// The Gaussian copula's matrix by the recipe.
 ///
-/// The paper inverts tau for two properties, and for three takes Pearson's correlation of the normal scores (its Table 8).
+/// The paper inverts tau for two properties, and for three takes Pearson's correlation of the normal scores (its
+/// Table 8).
 fn correlation(sample: Sample, recipe: Recipe) -> Result<Vec<Vec<f64>>, String> {
     let scores = normal_scores(sample.uniforms);
     match recipe {
@@ -283,8 +284,8 @@ fn best_correlation(start: &[Vec<f64>], loss: impl Fn(&[Vec<f64>]) -> f64) -> Op
     value.is_finite().then(|| matrix_of_partials(&x, start.len()))
 }
 
-/// A correlation matrix from unconstrained numbers: hyperbolic tangents of them are the canonical partial correlations, row
-/// by row (Lewandowski, Kurowicka and Joe 2009, section 2.4), so that every matrix is positive definite.
+/// A correlation matrix from unconstrained numbers: hyperbolic tangents of them are the canonical partial
+/// correlations, row by row (Lewandowski, Kurowicka and Joe 2009), so that every matrix is positive definite.
 fn matrix_of_partials(x: &[f64], n: usize) -> Vec<Vec<f64>> {
     let mut partials = x.iter();
     let mut factor = Vec::with_capacity(n);

@@ -1,13 +1,14 @@
 //! Goodness of fit of the copulas: Cramer-von Mises statistics with p-values by parametric bootstrap.
 //!
 //! Two properties: S_n, the squared distance between the empirical copula and the fitted one, summed over the tests
-//! (Genest, Remillard and Beaudoin 2009, Eq. 2). Three and more: the same distance after Rosenblatt's transform, between
+//! (Genest, Remillard and Beaudoin 2009). Three and more: the same distance after Rosenblatt's transform, between
 //! the empirical distribution and independence (their S_n^(C)), because the elliptical distribution functions have no
 //! closed form there.
 //!
-//! The bootstrap imposes the ties of the data on each of its samples; without that, ties alone make p-values too small
-//! (for the Elkhorn River data 0.03 to 0.06 in place of 0.18 to 0.27). Degrees of freedom of a Student t copula stay as fitted,
-//! as in R's `gofCopula`; everything else is refitted to each sample by the recipe of the fit, always on average ranks.
+//! The bootstrap imposes the ties of the data on each of its samples; without that, ties alone make p-values too
+//! small (for the Elkhorn River data 0.03 to 0.06 in place of 0.18 to 0.27). Degrees of freedom of a Student t
+//! copula stay as fitted, as in R's `gofCopula`; everything else is refitted to each sample by the recipe of the
+//! fit, always on average ranks.
 
 use super::copulas::{Given, Sample, by_recipe};
 use super::ranks::{average, pseudo_observations};
@@ -36,8 +37,8 @@ pub struct GoodnessOfFit {
 
 /// Tests every fitted copula candidate of `fit` against `data`, with `replicates` bootstrap samples each.
 ///
-/// Empty where the random properties were not measured together. The same `seed` gives the same result. The paper reports
-/// no such test; for its recipe this is the test of its estimates.
+/// Empty where the random properties were not measured together. The same `seed` gives the same result. The paper
+/// reports no such test; for its recipe this is the test of its estimates.
 pub fn goodness_of_fit(fit: &Fit, data: &SiteData, replicates: usize, seed: u64) -> Vec<GoodnessOfFit> {
     let columns: Option<Vec<&[f64]>> = fit.properties().into_iter().map(|p| column(data, p)).collect();
     let Some(columns) = columns.filter(|columns| columns.len() > 1) else {

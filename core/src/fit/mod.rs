@@ -1,10 +1,11 @@
 //! Fits marginals and a copula to the site data, by either recipe.
 //!
-//! * `paper` is how the printed numbers of Ma et al. (2024) came about: the method of moments with n - 1, likelihoods of
-//!   the truncated densities, ordinal ranks (ties broken by row order), copula parameters by inversion of Kendall's tau_b,
-//!   and for three properties Pearson's correlation of the normal scores. The text says maximum likelihood (Eq. 13).
-//! * `likelihood` is maximum likelihood throughout, of the marginals and, on average ranks, of the copulas (Genest, Ghoudi
-//!   and Rivest 1995). Ties thus do not depend on the order of the rows.
+//! * `paper` is how the printed numbers of Ma et al. (2024) came about: the method of moments with n - 1,
+//!   likelihoods of the truncated densities, ordinal ranks (ties broken by row order), copula parameters by
+//!   inversion of Kendall's tau_b, and for three properties Pearson's correlation of the normal scores. The text
+//!   says maximum likelihood (Eq. 13).
+//! * `likelihood` is maximum likelihood throughout, of the marginals and, on average ranks, of the copulas (Genest,
+//!   Ghoudi and Rivest 1995). Ties thus do not depend on the order of the rows.
 //!
 //! [`fit`] is quick; [`goodness_of_fit`] and [`uncertainty`] resample and take longer.
 

@@ -1,7 +1,7 @@
 //! How uncertain the fit is with so few tests: resampling whole rows (Efron 1979), percentile intervals.
 //!
-//! Rows are drawn with replacement, so that dependence and ties stay those of the data. With 25 tests percentile intervals
-//! are a little too narrow; they show the order of the uncertainty, not its third digit.
+//! Rows are drawn with replacement, so that dependence and ties stay those of the data. With 25 tests percentile
+//! intervals are a little too narrow; they show the order of the uncertainty, not its third digit.
 
 use super::copulas::{Given, Sample, by_recipe};
 use super::ranks::{kendall_tau, pseudo_observations};

@@ -74,8 +74,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The way back is exact to a few ulp; but 30 standard deviations below zero x is a difference of numbers near
-        /// 30, whose ulp of 4e-15 times a density of 30 is 1e-13, and a few of those.
+        /// The way back is exact to a few ulp; but 30 standard deviations below zero x is a difference of numbers
+        /// near 30, whose ulp of 4e-15 times a density of 30 is 1e-13, and a few of those.
         #[test]
         fn cdf_and_quantile_are_inverse(case in 0_usize..9, u in SMALLEST_UNIFORM..(1.0 - SMALLEST_UNIFORM)) {
             let (family, p, q) = CASES[case];

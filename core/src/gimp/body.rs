@@ -136,12 +136,7 @@ impl Body {
             },
             order: (0..points.len() as u32).collect(),
             elastic,
-            wave_m_s: wave_speed(
-                &setup.material,
-                setup.controls.formulation,
-                smallest_density,
-                grid.cell_m,
-            ),
+            wave_m_s: wave_speed(&setup.material, setup.controls.formulation, smallest_density, grid.cell_m),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
             fastest_m_s: points
                 .velocity
@@ -295,7 +290,8 @@ fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
     for i in 0..count {
         let (block, lane) = (&mut blocks[i / 8], i % 8);
         let grains = if two { (1.0 - material.porosity) * points.volume[i] } else { 0.0 };
-        let water_mass = if two { material.porosity * material.water_density_kg_m3 * points.volume[i] } else { 0.0 };
+        let water_mass =
+            if two { material.porosity * material.water_density_kg_m3 * points.volume[i] } else { 0.0 };
         block.x.0[lane] = points.x[i];
         block.y.0[lane] = points.y[i];
         [block.vx.0[lane], block.vy.0[lane]] = points.velocity[i];

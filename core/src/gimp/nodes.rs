@@ -78,8 +78,7 @@ impl Nodes {
 
     /// Zeroes all sums and takes over new spans.
     pub(super) fn clear(&mut self) {
-        for rows in
-            [&mut self.sums, &mut self.forces, &mut self.rates, &mut self.velocities, &mut self.cells]
+        for rows in [&mut self.sums, &mut self.forces, &mut self.rates, &mut self.velocities, &mut self.cells]
         {
             rows.fill(V8::ZERO);
         }

@@ -93,7 +93,11 @@ impl Prepared {
     }
 
     /// The end of the gravity stage: computed, or kept from an earlier realisation.
-    fn gravity_state(&self, properties: &PointProperties, progress: &Progress) -> Result<State, Interruption> {
+    fn gravity_state(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
         if let Some(state) = self.gravity.get() {
             return Ok(state.clone());
         }
@@ -106,7 +110,11 @@ impl Prepared {
     }
 
     /// Elastic, drained, total weight, damped.
-    fn gravity_stage(&self, properties: &PointProperties, progress: &Progress) -> Result<State, Interruption> {
+    fn gravity_stage(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
         let model = &self.spec.model;
         let positions: Vec<[f64; 2]> =
             self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
@@ -311,7 +319,14 @@ impl Prepared {
         self.record(index, kind, reason, Some(measures), simulated_s, steps, Some(&state))
     }
 
-    fn failed(&self, index: u64, reason: Reason, simulated_s: f64, steps: u64, state: Option<&State>) -> Outcome {
+    fn failed(
+        &self,
+        index: u64,
+        reason: Reason,
+        simulated_s: f64,
+        steps: u64,
+        state: Option<&State>,
+    ) -> Outcome {
         self.record(index, OutcomeKind::Failed, reason, None, simulated_s, steps, state)
     }
 

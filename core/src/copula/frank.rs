@@ -16,7 +16,7 @@ pub(super) fn log_density(theta: f64, u: f64, v: f64) -> f64 {
         // s (e^s - 1) e^{s(u+v)} / (e^s - 1 + (e^{su} - 1)(e^{sv} - 1))^2, both sides over e^{2s}.
         let s = -theta;
         let grown = -libm::expm1(-s);
-        let bracket = grown + libm::expm1(s * u) * libm::expm1(s * v) * libm::exp(-s);
+        let bracket = grown + libm::expm1(s * u) * (libm::expm1(s * v) * libm::exp(-s));
         return libm::log(s * grown) + s * (u + v - 1.0) - 2.0 * libm::log(bracket);
     }
     let top = libm::log(-theta * libm::expm1(-theta)) - theta * (u + v);
@@ -33,7 +33,8 @@ pub(super) fn cdf(theta: f64, u: f64, v: f64) -> f64 {
     if theta.abs() < INDEPENDENT {
         return u * v;
     }
-    let product = libm::expm1(-theta * u) * libm::expm1(-theta * v) / libm::expm1(-theta);
+    // In this order nothing overflows before the limit on theta.
+    let product = libm::expm1(-theta * u) * (libm::expm1(-theta * v) / libm::expm1(-theta));
     if theta > 0.0 && product < -0.5 {
         return -(libm::log(bracket(theta, u, v)) - libm::log(-libm::expm1(-theta))) / theta;
     }
@@ -48,10 +49,10 @@ pub(super) fn conditional(theta: f64, u: f64, v: f64) -> f64 {
         // e^{su} (e^{sv} - 1) / (e^s - 1 + (e^{su} - 1)(e^{sv} - 1)), both sides over e^s.
         let s = -theta;
         let grown = libm::expm1(s * v);
-        let bracket = -libm::expm1(-s) + libm::expm1(s * u) * grown * libm::exp(-s);
-        return libm::exp(s * (u - 1.0)) * grown / bracket;
+        let bracket = -libm::expm1(-s) + libm::expm1(s * u) * (grown * libm::exp(-s));
+        return (libm::exp(s * (u - 1.0)) * grown / bracket).min(1.0);
     }
-    -libm::exp(-theta * u) * libm::expm1(-theta * v) / bracket(theta, u, v)
+    (-libm::exp(-theta * u) * libm::expm1(-theta * v) / bracket(theta, u, v)).min(1.0)
 }
 
 #[inline]

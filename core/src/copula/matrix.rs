@@ -1,7 +1,7 @@
 //! Cholesky factors of small correlation matrices, in plain arithmetic and fixed order.
 
 /// The lower factor L of a symmetric positive definite matrix, A = L L^T; `None` if it is not positive definite.
-pub(super) fn cholesky(a: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+pub(crate) fn cholesky(a: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = a.len();
     let mut l = vec![vec![0.0; n]; n];
     for i in 0..n {

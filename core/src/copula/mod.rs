@@ -3,6 +3,8 @@
 //! Two-property families are functions of (theta, u, v): log-density, distribution function, conditional distribution
 //! h(v | u) = dC/du and its inverse in closed form. The elliptical families work in any dimension.
 
+mod density;
+mod driven;
 mod frank;
 mod gaussian;
 mod matrix;
@@ -11,7 +13,11 @@ mod plackett;
 mod sampler;
 mod student_t;
 
+pub use density::LogDensity;
+pub(crate) use density::Scores;
+pub use driven::DrivenCorrelation;
 pub use gaussian::{correlation_of_tau, tau_of_correlation};
+pub(crate) use matrix::cholesky;
 pub use sampler::Sampler;
 
 use crate::numeric::root;
@@ -134,6 +140,9 @@ pub enum CopulaError {
 const FRANK_THETAS: std::ops::RangeInclusive<f64> = -600.0..=600.0;
 const POSITIVE_THETAS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
+/// Tau is within 1.4e-7 of its supremum, 1/3, and the copula does not change any more.
+const NO16_LARGEST: f64 = 1e6;
+
 /// Largest number of properties of an elliptical copula.
 const MOST_PROPERTIES: usize = 8;
 
@@ -199,7 +208,7 @@ impl Copula {
             Copula::Independent { .. } => Ok(()),
             Copula::Plackett { theta } => within(*theta, POSITIVE_THETAS, "[1e-12, 1e12]"),
             // Zero is the limit of perfect negative dependence, which can be sampled but has no density.
-            Copula::No16 { theta } => within(*theta, 0.0..=*POSITIVE_THETAS.end(), "[0, 1e12]"),
+            Copula::No16 { theta } => within(*theta, 0.0..=NO16_LARGEST, "[0, 1e6]"),
             Copula::Frank { theta } => within(*theta, FRANK_THETAS, "[-600, 600]"),
             Copula::Gaussian { correlation } => check_correlation(correlation),
             Copula::StudentT { correlation, degrees_of_freedom: nu } => {
@@ -216,6 +225,11 @@ impl Copula {
     /// For many places of one elliptical copula prepare a [`LogDensity`].
     pub fn log_density(&self, u: &[f64]) -> f64 {
         LogDensity::new(self).map_or(f64::NAN, |prepared| prepared.at(u))
+    }
+
+    /// Density at `u`, one coordinate in (0, 1) per property.
+    pub fn density(&self, u: &[f64]) -> f64 {
+        libm::exp(self.log_density(u))
     }
 
     /// Distribution function of a two-property copula; `None` in other dimensions.
@@ -304,55 +318,10 @@ impl Copula {
                 root(*FRANK_THETAS.start(), *FRANK_THETAS.end(), |t| frank::kendall_tau(t) - tau)
             }
             Family::Plackett => positive(1e-6, 1e6, plackett::kendall_tau),
-            Family::No16 => positive(*POSITIVE_THETAS.start(), *POSITIVE_THETAS.end(), no16::kendall_tau),
+            Family::No16 => positive(*POSITIVE_THETAS.start(), NO16_LARGEST, no16::kendall_tau),
             Family::Independent | Family::StudentT => None,
         };
         Copula::with_theta(family, theta?)
-    }
-}
-
-/// Log-density of one copula at many places.
-#[derive(Debug, Clone)]
-pub struct LogDensity(Prepared);
-
-#[derive(Debug, Clone)]
-enum Prepared {
-    Independent,
-    Pair(fn(f64, f64, f64) -> f64, f64),
-    Gaussian(gaussian::LogDensity),
-    StudentT(student_t::LogDensity),
-}
-
-impl LogDensity {
-    /// Prepares the density.
-    ///
-    /// # Errors
-    /// Parameters outside the family's range.
-    pub fn new(copula: &Copula) -> Result<LogDensity, CopulaError> {
-        copula.check()?;
-        Ok(LogDensity(match copula {
-            Copula::Independent { .. } => Prepared::Independent,
-            Copula::Plackett { theta } => Prepared::Pair(plackett::log_density, *theta),
-            Copula::Frank { theta } => Prepared::Pair(frank::log_density, *theta),
-            Copula::No16 { theta } => Prepared::Pair(no16::log_density, *theta),
-            Copula::Gaussian { correlation } => {
-                Prepared::Gaussian(gaussian::LogDensity::new(correlation).ok_or(CopulaError::Correlation)?)
-            }
-            Copula::StudentT { correlation, degrees_of_freedom } => Prepared::StudentT(
-                student_t::LogDensity::new(correlation, *degrees_of_freedom)
-                    .ok_or(CopulaError::Correlation)?,
-            ),
-        }))
-    }
-
-    /// Logarithm of the density at `u`, one coordinate in (0, 1) per property.
-    pub fn at(&self, u: &[f64]) -> f64 {
-        match &self.0 {
-            Prepared::Independent => 0.0,
-            Prepared::Pair(log_density, theta) => log_density(*theta, u[0], u[1]),
-            Prepared::Gaussian(density) => density.at(u),
-            Prepared::StudentT(density) => density.at(u),
-        }
     }
 }
 

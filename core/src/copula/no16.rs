@@ -14,16 +14,20 @@ fn positive_root(s: f64, theta: f64) -> f64 {
     if s < 0.0 { 2.0 * theta / (d - s) } else { 0.5 * (s + d) }
 }
 
-/// 2 theta (1 + theta / u^2)(1 + theta / v^2) / D^3 with D^2 = S^2 + 4 theta, in logarithms because the factors overflow
-/// in the lower tail.
+/// 2 theta (1 + theta / u^2)(1 + theta / v^2) / D^3 with D^2 = S^2 + 4 theta, in logarithms because the factors
+/// overflow in the lower tail.
 pub(super) fn log_density(theta: f64, u: f64, v: f64) -> f64 {
+    if theta == 0.0 {
+        // All probability lies on the antidiagonal.
+        return f64::NEG_INFINITY;
+    }
     let s = shift(theta, u, v);
     let factors = libm::log1p(theta / (u * u)) + libm::log1p(theta / (v * v));
     libm::log(2.0 * theta) + factors - 1.5 * libm::log(s * s + 4.0 * theta)
 }
 
 pub(super) fn cdf(theta: f64, u: f64, v: f64) -> f64 {
-    positive_root(shift(theta, u, v), theta)
+    positive_root(shift(theta, u, v), theta).min(u.min(v))
 }
 
 /// h = (1 + theta / u^2)(1 + S / D) / 2.
@@ -43,7 +47,8 @@ pub(super) fn conditional_quantile(theta: f64, u: f64, w: f64) -> f64 {
     let spread = libm::sqrt(w * square * (square * (1.0 - w) + theta));
     let s = libm::sqrt(theta) * (square * (2.0 * w - 1.0) - theta) / spread;
     let a = s - u + 1.0 + theta * (1.0 - u) / u;
-    positive_root(a, theta)
+    // Where u is near the precision and w near one, the terms of `a` cancel and the root may end above one.
+    positive_root(a, theta).min(1.0)
 }
 
 /// tau = 4 theta - 1 - 4 sqrt(theta)(theta - 1) atan(1 / sqrt(theta)) - 4 theta ln(1 + 1 / theta), in [-1, 1/3).

@@ -34,7 +34,8 @@ pub(super) fn conditional(theta: f64, u: f64, v: f64) -> f64 {
     if n > 0.0 { 2.0 * theta * v * (1.0 - v) / (root * (root + n)) } else { 0.5 * (1.0 - n / root) }
 }
 
-/// The root of b v^2 - c v + a (1 + (theta - 1) u)^2 = 0 on the side of w (Johnson 1987, section 10.3, rationalised).
+/// The root of b v^2 - c v + a (1 + (theta - 1) u)^2 = 0 on the side of w (Johnson 1987, Multivariate Statistical
+/// Simulation; rationalised).
 #[inline]
 pub(super) fn conditional_quantile(theta: f64, u: f64, w: f64) -> f64 {
     let a = w * (1.0 - w);
@@ -51,8 +52,8 @@ pub(super) fn conditional_quantile(theta: f64, u: f64, w: f64) -> f64 {
     }
 }
 
-/// tau = 4 E[C(U, V)] - 1 by quadrature over u and w, with v from the inverse of the conditional distribution: in these
-/// coordinates the integrand is smooth inside at any theta.
+/// tau = 4 E[C(U, V)] - 1 by quadrature over u and w, with v from the inverse of the conditional distribution: in
+/// these coordinates the integrand is smooth inside at any theta.
 pub(super) fn kendall_tau(theta: f64) -> f64 {
     // Sixteen steps per unit leave about 1e-13 for theta in [1e-3, 1e3].
     let rule = EndRule::new(16).points;

@@ -1,10 +1,11 @@
 //! From independent standard normal fields to dependent uniform fields, cell by cell and in place.
 //!
-//! The first property keeps its driving field; each further one is conditioned on those before it. A Student t copula
-//! needs a chi-square mixing variable. It is one per realisation, not a field of its own: then any two cells of any two
-//! properties are jointly Student t, the whole field is a multivariate t field, and the autocorrelation of the normal
-//! fields carries over. A mixing field would need an autocorrelation of its own, about which site data say nothing, and
-//! would roughen the properties. The price is that one realisation's cells share their extremes.
+//! The first property keeps its driving field; each further one is conditioned on those before it. A Student t
+//! copula needs a chi-square mixing variable. It is one per realisation, not a field of its own: then any two cells
+//! of any two properties are jointly Student t, the whole field is a multivariate t field, and the autocorrelation
+//! of the normal fields carries over. A mixing field would need an autocorrelation of its own, about which site
+//! data say nothing, and would roughen the properties. The price is that one realisation's cells share their
+//! extremes.
 
 use super::{Copula, CopulaError, frank, matrix, no16, plackett};
 use crate::special::{StudentT, chi_square, clamp_uniform, normal_cdf};

@@ -31,20 +31,23 @@ impl LogDensity {
         let mut x = [0.0; super::MOST_PROPERTIES];
         let x = &mut x[..u.len()];
         x.iter_mut().zip(u).for_each(|(x, u)| *x = self.margin.quantile(*u));
-        self.at_scores(x)
+        self.joint(x) + margins(self.degrees_of_freedom, x)
     }
 
-    /// At the Student t scores `x`.
-    pub(super) fn at_scores(&self, x: &[f64]) -> f64 {
+    /// At the Student t scores `x`: the joint density and its constants, without the marginals' part.
+    pub(super) fn joint(&self, x: &[f64]) -> f64 {
         let nu = self.degrees_of_freedom;
-        let joint = 0.5 * (nu + x.len() as f64) * libm::log1p(squared_length(&self.factor, x) / nu);
-        let margins: f64 = x.iter().map(|x| 0.5 * (nu + 1.0) * libm::log1p(x * x / nu)).sum();
-        self.constant - joint + margins
+        self.constant - 0.5 * (nu + x.len() as f64) * libm::log1p(squared_length(&self.factor, x) / nu)
     }
 }
 
+/// The marginals' part of the log-density at the scores `x`.
+pub(super) fn margins(nu: f64, x: &[f64]) -> f64 {
+    x.iter().map(|x| 0.5 * (nu + 1.0) * libm::log1p(x * x / nu)).sum()
+}
+
 /// Bivariate distribution function by the integral over the correlation from perfect negative dependence (Dunnett and
-/// Sobel 1954; Genz 2004, Eq. 7), with the correlation written as a sine.
+/// Sobel 1954; Genz 2004), with the correlation written as a sine.
 pub(super) fn cdf(rho: f64, nu: f64, u: f64, v: f64) -> f64 {
     let margin = StudentT::new(nu);
     let (h, k) = (margin.quantile(u), margin.quantile(v));
@@ -74,7 +77,7 @@ pub(super) fn conditional_quantile(rho: f64, nu: f64, u: f64, w: f64) -> f64 {
     margin.cdf(rho * x + conditional_scale(rho, nu, x) * StudentT::new(nu + 1.0).quantile(w))
 }
 
-/// Both tails: 2 T_{nu+1}(-sqrt((nu + 1)(1 - rho) / (1 + rho))) (Demarta and McNeil 2005, Eq. 14).
+/// Both tails: 2 T_{nu+1}(-sqrt((nu + 1)(1 - rho) / (1 + rho))) (Demarta and McNeil 2005).
 pub(super) fn tail_dependence(rho: f64, nu: f64) -> f64 {
     2.0 * StudentT::new(nu + 1.0).cdf(-libm::sqrt((nu + 1.0) * (1.0 - rho) / (1.0 + rho)))
 }

@@ -86,9 +86,10 @@ pub(super) fn from_moments(mean: f64, sd: f64) -> (f64, f64) {
 
 /// Maximum likelihood by the profile over q.
 ///
-/// With b = exp(p q) the mean log-likelihood is ln q + ln b - q mean(x) - b mean(e^(-q x)) - ln(1 - e^-b). For given q the
-/// best b solves 1/b - 1/(e^b - 1) = mean(e^(-q x)), which has a root if the right side is below 1/2; the profile's
-/// derivative is then 1/q - mean(x) + b mean(x e^(-q x)). `None` if the maximum is the exponential limit, b = 0.
+/// With b = exp(p q) the mean log-likelihood is ln q + ln b - q mean(x) - b mean(e^(-q x)) - ln(1 - e^-b). For
+/// given q the best b solves 1/b - 1/(e^b - 1) = mean(e^(-q x)), which has a root if the right side is below 1/2;
+/// the profile's derivative is then 1/q - mean(x) + b mean(x e^(-q x)). `None` if the maximum is the exponential
+/// limit, b = 0.
 pub(super) fn by_likelihood(sample: &[f64]) -> Option<(f64, f64)> {
     let n = sample.len() as f64;
     let mean = sample.iter().sum::<f64>() / n;
@@ -143,7 +144,8 @@ mod tests {
         assert!((mean - 100.0).abs() < 1e-12 && (sd - 2.0).abs() < 1e-12, "{mean} {sd}");
     }
 
-    /// Salt Creek's cohesion as the paper fitted it; the truncated distribution's own moments, from 40-digit sums.
+    /// Salt Creek's cohesion as the paper fitted it; the truncated distribution's own moments, computed apart
+    /// from this program.
     #[test]
     fn truncation_shifts_the_moments() {
         let (mean, sd) = moments(7.135720013484887, 0.1522807447204123);

@@ -1,15 +1,14 @@
 //! Claim: the autoregressive sweeps and the Kronecker factors give the same field as dense Cholesky decomposition of the
 //! whole lattice's correlation matrix, draw for draw.
 //!
-//! Tolerance 1e-12: both sides sum at most 13 x 9 products of numbers below 10 with rounding 1.1e-16 each, and the
-//! correlation matrices used here have condition numbers below 1e3 (cells no finer than a third of the scale of a smooth
-//! family), so that rounding stays below 117 * 10 * 1e3 * 1e-16 = 1e-10 at worst and typically a thousandth of that.
+//! Tolerance 1e-12: the correlation matrices used here have condition numbers of at most 3.5e3 (from their eigenvalues;
+//! the grids are chosen so), which magnify the rounding of 1.1e-16 to 4e-13 of a factor's entries, all below one.
 
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use runout_core::campaign::{Autocorrelation, Field};
 use runout_core::field::dense::Dense;
-use runout_core::field::factor::{Factor, LARGEST_NUGGET};
+use runout_core::field::factor::{Factor, LARGEST_NUGGET, MOST_PLACES};
 use runout_core::field::kronecker::Kronecker;
 use runout_core::field::sweep::Sweeps;
 
@@ -109,4 +108,13 @@ fn an_infinite_scale_is_homogeneous_and_a_tiny_one_is_white() {
     let infinite = field(Autocorrelation::SingleExponential, f64::INFINITY, f64::INFINITY);
     Sweeps::new(&infinite, 0.2, COLUMNS).correlate(&mut values);
     assert!(values.iter().all(|v| *v == first));
+}
+
+#[test]
+fn a_factor_of_absurd_size_is_refused() {
+    let refused = Factor::new(Autocorrelation::BinaryNoise, 2.0, 0.2, MOST_PLACES + 1).unwrap_err();
+    assert!(
+        refused.to_string().starts_with("a lattice of 2049 cells along one axis is too long"),
+        "{refused}"
+    );
 }

@@ -22,7 +22,8 @@ pub fn mean(moments: &Moments, confidence: f64) -> Option<Interval> {
 ///
 /// Var(s^2) = sigma^4 (kappa - (n - 3)/(n - 1)) / n for any parent of kurtosis kappa; the delta method carries it to
 /// ln s, so that the interval is s exp(-+ z sqrt(kappa - (n - 3)/(n - 1)) / (2 sqrt(n))). This is the large-sample
-/// form of Bonett (2006, Computational Statistics & Data Analysis 50, 775-782, Eq. 3) with the sample's kurtosis.
+/// form of Bonett (2006, Computational Statistics & Data Analysis 50, 775-782) with the sample's kurtosis, which is too
+/// low in small samples of heavy tails: the interval is then too narrow.
 /// The logarithm keeps the interval positive and nearly symmetric in coverage; the chi-square interval is not used
 /// because it holds for normal samples only and runout distances are not normal.
 pub fn sd(moments: &Moments, confidence: f64) -> Option<Interval> {

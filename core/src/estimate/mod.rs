@@ -171,7 +171,7 @@ impl Estimator {
     /// Folds the next outcome. Once the decision is taken, further outcomes are checked for order and otherwise
     /// left out, so that estimates belong to the prefix that decided.
     ///
-    /// A `runout` outcome without a finite measure cannot be a sample and is counted as a failed analysis.
+    /// A `runout` outcome without a finite measure cannot be a sample and is counted as a failed analysis (non-finite).
     ///
     /// # Errors
     /// An outcome whose index is not the next one; nothing is changed then.
@@ -185,15 +185,23 @@ impl Estimator {
         }
         self.realisations += 1;
         let runout_m = outcome.measures.as_ref().map(|m| self.measure.of(m)).filter(|r| r.is_finite());
+        let mut failure = None;
         match (outcome.outcome, runout_m) {
             (OutcomeKind::Runout, Some(runout_m)) => {
                 self.still_moving += u64::from(outcome.reason == Reason::StillMoving);
                 self.add_sample(runout_m);
             }
             (OutcomeKind::Stable, _) => self.stable += 1,
-            (OutcomeKind::Failed | OutcomeKind::Runout, _) => self.failed += 1,
+            (OutcomeKind::Failed, _) => failure = Some(outcome.reason),
+            (OutcomeKind::Runout, None) => failure = Some(Reason::NonFinite),
         }
-        self.decision = self.decide(outcome);
+        self.failed += u64::from(failure.is_some());
+        self.decision = match failure {
+            Some(reason) if self.on_failure == OnFailure::Abort => {
+                Decision::Aborted { index: outcome.index, reason }
+            }
+            _ => self.decide(),
+        };
         Ok(())
     }
 
@@ -246,9 +254,9 @@ impl Estimator {
         let realisations_per_sample = self.realisations as f64 / samples as f64;
         let more = ((needed - samples as f64) * realisations_per_sample).ceil().max(1.0);
         // The cast saturates, and no estimate goes beyond the campaign's maximum.
-        let total = (self.realisations.saturating_add(more as u64))
-            .clamp(self.stop.minimum_realisations, self.stop.maximum_realisations);
-        Some(total - self.realisations)
+        let total = self.realisations.saturating_add(more as u64);
+        let total = total.max(self.stop.minimum_realisations).min(self.stop.maximum_realisations);
+        Some(total.saturating_sub(self.realisations))
     }
 
     /// Everything known from the prefix.
@@ -295,12 +303,7 @@ impl Estimator {
         });
     }
 
-    fn decide(&self, last: &Outcome) -> Decision {
-        let counted_failed = last.outcome != OutcomeKind::Stable
-            && self.history.last().is_none_or(|i| i.realisations != self.realisations);
-        if counted_failed && self.on_failure == OnFailure::Abort {
-            return Decision::Aborted { index: last.index, reason: last.reason };
-        }
+    fn decide(&self) -> Decision {
         if self.realisations >= self.stop.minimum_realisations
             && self.state.holds(&self.stop.rule, &self.moments, &self.hits)
         {

@@ -12,7 +12,11 @@ use crate::campaign::Autocorrelation;
 /// Smooth families on a grid much finer than their scale have correlation matrices whose smallest eigenvalues are
 /// below rounding. A nugget e turns each correlation r off the diagonal into r / (1 + e), a change no soil test could
 /// see at this size; rounding alone asks for about n times 1e-16.
-pub const LARGEST_NUGGET: f64 = 1e-8;
+pub const LARGEST_NUGGET: f64 = 1e-10;
+
+/// Most places along one axis: the factor has that number squared of entries (32 MiB) and takes its cube over six
+/// operations (a few seconds). The single-exponential family needs no factor and has no such limit.
+pub const MOST_PLACES: usize = 2048;
 
 /// First nugget tried after none; each further one is ten times the last.
 const SMALLEST_NUGGET: f64 = 1e-14;
@@ -32,13 +36,17 @@ impl Factor {
     /// Factorises the correlation matrix of `size` places `spacing_m` apart.
     ///
     /// # Errors
-    /// [`FieldError::Singular`] if [`LARGEST_NUGGET`] does not make the matrix positive definite.
+    /// [`FieldError::LongSide`] beyond [`MOST_PLACES`]; [`FieldError::Singular`] if [`LARGEST_NUGGET`] does not make the
+    /// matrix positive definite.
     pub fn new(
         family: Autocorrelation,
         scale_m: f64,
         spacing_m: f64,
         size: usize,
     ) -> Result<Factor, FieldError> {
+        if size > MOST_PLACES {
+            return Err(FieldError::LongSide { family, places: size, limit: MOST_PLACES });
+        }
         let by_lag: Vec<f64> =
             (0..size).map(|lag| correlation(family, lag as f64 * spacing_m, scale_m)).collect();
         if by_lag.iter().all(|&r| r == 1.0) {

@@ -20,7 +20,7 @@ impl Kronecker {
     /// Factors for a lattice of `columns` x `rows` cells of side `spacing_m`.
     ///
     /// # Errors
-    /// [`FieldError::Singular`] if a factor needs too large a nugget.
+    /// As [`Factor::new`].
     pub fn new(field: &Field, spacing_m: f64, columns: usize, rows: usize) -> Result<Kronecker, FieldError> {
         Ok(Kronecker {
             x: Factor::new(field.autocorrelation, field.scale_horizontal_m, spacing_m, columns)?,

@@ -73,6 +73,19 @@ pub enum FieldError {
         /// Limit.
         limit: u64,
     },
+    /// Too long a side for a family that needs its factor.
+    #[error(
+        "a lattice of {places} cells along one axis is too long for {family:?} (at most {limit}); single-exponential \
+         has no such limit"
+    )]
+    LongSide {
+        /// Family.
+        family: Autocorrelation,
+        /// Cells along the axis.
+        places: usize,
+        /// Limit.
+        limit: usize,
+    },
     /// A correlation matrix that no small nugget makes positive definite.
     #[error(
         "the {family:?} correlation matrix at {spacing_m} m with a scale of {scale_m} m is singular even with a \

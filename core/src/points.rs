@@ -27,7 +27,7 @@ impl Points {
     }
 }
 
-/// About how many points a slope needs: the area of its box over that of a point. An upper bound.
+/// About how many points a slope needs: the area of its extent over that of a point. An upper bound.
 pub fn upper_bound(slope: &Slope, mesh: &Mesh) -> f64 {
     let width = -slope::crest_edge_x(slope) + slope.crest_width_m + slope.runout_plain_m;
     let area = width * (slope.height_m + slope.foundation_depth_m);
@@ -36,7 +36,7 @@ pub fn upper_bound(slope: &Slope, mesh: &Mesh) -> f64 {
 
 /// Fills every cell with equally spaced points and keeps those whose centre is in the soil.
 pub fn fill(slope: &Slope, mesh: &Mesh) -> Points {
-    let cells = slope::enclosing_box(slope, mesh);
+    let cells = slope::extent(slope, mesh);
     let spacing = mesh.point_spacing_m();
     let side = mesh.points_per_cell_side as i64;
     let mut points = Points { x: Vec::new(), y: Vec::new(), spacing_m: spacing };

@@ -13,9 +13,9 @@ const HEADROOM_CELLS: usize = 10;
 /// does not decide over points whose centre is on the surface.
 const SURFACE_TOLERANCE_CELLS: f64 = 1e-9;
 
-/// Whole cells of the slope's box: behind the toe, in front of it, below it, above it.
+/// Whole cells of the slope: behind the toe, in front of it, below it, above it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Box {
+pub struct Extent {
     /// Cells from the left wall to the toe.
     pub behind: usize,
     /// Cells from the toe to the right wall.
@@ -26,10 +26,10 @@ pub struct Box {
     pub above: usize,
 }
 
-/// The box of a slope.
-pub fn enclosing_box(slope: &Slope, mesh: &Mesh) -> Box {
+/// The cells that a slope needs.
+pub fn extent(slope: &Slope, mesh: &Mesh) -> Extent {
     let cells = |length: f64| (length / mesh.cell_size_m).round() as usize;
-    Box {
+    Extent {
         behind: cells(-crest_edge_x(slope) + slope.crest_width_m).max(1),
         ahead: cells(slope.runout_plain_m).max(1),
         below: cells(slope.foundation_depth_m),
@@ -37,9 +37,9 @@ pub fn enclosing_box(slope: &Slope, mesh: &Mesh) -> Box {
     }
 }
 
-/// The grid of a slope: a node at the toe, walls at the box.
+/// The grid of a slope: a node at the toe, walls around its extent.
 pub fn grid(slope: &Slope, mesh: &Mesh) -> Grid {
-    let Box { behind, ahead, below, above } = enclosing_box(slope, mesh);
+    let Extent { behind, ahead, below, above } = extent(slope, mesh);
     let h = mesh.cell_size_m;
     Grid::enclosing(-(behind as f64) * h, -(below as f64) * h, [behind + ahead, below + above], h)
 }

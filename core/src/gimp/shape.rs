@@ -53,9 +53,9 @@ pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, x: &V8, y: &V8, shape: &mut 
     let (i, sx, _) = along(cx, grid.last_nearest[0], grid.half_length);
     let (j, sy, _) = along(cy, grid.last_nearest[1], grid.half_length);
     shape.base = j.mul_add(grid.stride, i).indices();
-    for row in 0..3 {
-        for column in 0..3 {
-            (sx[column] * sy[row]).store(&mut shape.value[3 * row + column]);
+    for (row, &sy) in sy.iter().enumerate() {
+        for (column, &sx) in sx.iter().enumerate() {
+            (sx * sy).store(&mut shape.value[3 * row + column]);
         }
     }
 }
@@ -67,13 +67,13 @@ pub(super) fn values_and_gradients<S: Lanes>(grid: &GridLanes<S>, x: &V8, y: &V8
     let (i, sx, dx) = along(cx, grid.last_nearest[0], grid.half_length);
     let (j, sy, dy) = along(cy, grid.last_nearest[1], grid.half_length);
     shape.base = j.mul_add(grid.stride, i).indices();
-    for row in 0..3 {
-        let dy_row = dy[row] * grid.inverse_cell;
-        for column in 0..3 {
+    for (row, (&sy, &dy)) in sy.iter().zip(&dy).enumerate() {
+        let dy = dy * grid.inverse_cell;
+        for (column, (&sx, &dx)) in sx.iter().zip(&dx).enumerate() {
             let k = 3 * row + column;
-            (sx[column] * sy[row]).store(&mut shape.value[k]);
-            (dx[column] * grid.inverse_cell * sy[row]).store(&mut shape.gradient[0][k]);
-            (sx[column] * dy_row).store(&mut shape.gradient[1][k]);
+            (sx * sy).store(&mut shape.value[k]);
+            (dx * grid.inverse_cell * sy).store(&mut shape.gradient[0][k]);
+            (sx * dy).store(&mut shape.gradient[1][k]);
         }
     }
 }
@@ -120,8 +120,8 @@ mod tests {
             for a in 0..2 {
                 position[a] += shape.value[k].0[q] * at[a];
                 zero[a] += shape.gradient[a][k].0[q];
-                for b in 0..2 {
-                    jacobian[a][b] += shape.gradient[a][k].0[q] * at[b];
+                for (sum, position) in jacobian[a].iter_mut().zip(at) {
+                    *sum += shape.gradient[a][k].0[q] * position;
                 }
             }
         }
@@ -130,9 +130,9 @@ mod tests {
         assert!((position[0] - x).abs() < tolerance && (position[1] - y).abs() < tolerance);
         for a in 0..2 {
             assert!(zero[a].abs() < 1e-13 / grid.cell_m);
-            for b in 0..2 {
+            for (b, found) in jacobian[a].iter().enumerate() {
                 let expected = if a == b { 1.0 } else { 0.0 };
-                assert!((jacobian[a][b] - expected).abs() < tolerance);
+                assert!((found - expected).abs() < tolerance);
             }
         }
     }

@@ -1,14 +1,13 @@
-//! One analysis: gravity stage, failure stage, measures, digest.
+//! One analysis: gravity stage, then failure stage.
 
 use super::progress::{Cancelled, Progress};
-use super::{PointProperties, Prepared};
+use super::{PointProperties, Prepared, record};
 use crate::campaign::{Formulation, GroundSurface, InitialPorePressure, Model};
 use crate::gimp::{
     self, Body, Conditions, Controls, End, InitialPoints, Limits, Material, MaterialError, RestRule, Setup,
     State, Support,
 };
-use crate::outcome::{Measures, Outcome, OutcomeKind, Reason};
-use crate::runout::{self, Moved};
+use crate::outcome::{Outcome, Reason};
 use crate::slope;
 use std::ops::ControlFlow;
 
@@ -53,13 +52,13 @@ impl From<MaterialError> for Interruption {
 }
 
 /// How the failure stage ended.
-struct Failure {
-    state: State,
-    end: End,
-    simulated_s: f64,
-    steps: u64,
+pub(super) struct Failure {
+    pub(super) state: State,
+    pub(super) end: End,
+    pub(super) simulated_s: f64,
+    pub(super) steps: u64,
     /// Whether the material still moved when the duration was over.
-    moving: bool,
+    pub(super) moving: bool,
 }
 
 impl Prepared {
@@ -83,12 +82,12 @@ impl Prepared {
         let start = match self.gravity_state(&properties, progress) {
             Ok(state) => state,
             Err(Interruption::Cancelled) => return Err(Cancelled),
-            Err(Interruption::Failed(reason)) => return Ok(self.failed(index, reason, 0.0, 0, None)),
+            Err(Interruption::Failed(reason)) => return Ok(record::unstarted(self, index, reason)),
         };
         match self.failure_stage(&start, &properties, every_s, observer, progress) {
-            Ok(failure) => Ok(self.outcome(index, &start, failure)),
+            Ok(failure) => Ok(record::outcome(self, index, &start, &failure)),
             Err(Interruption::Cancelled) => Err(Cancelled),
-            Err(Interruption::Failed(reason)) => Ok(self.failed(index, reason, 0.0, 0, Some(&start))),
+            Err(Interruption::Failed(reason)) => Ok(record::unstarted(self, index, reason)),
         }
     }
 
@@ -297,110 +296,4 @@ impl Prepared {
             points,
         }
     }
-
-    fn outcome(&self, index: u64, start: &State, failure: Failure) -> Outcome {
-        let Failure { state, end, simulated_s, steps, moving } = failure;
-        let (reason, rest) = match end {
-            End::AtRest { since_s } => (Reason::AtRest, Some(since_s)),
-            End::Duration if moving => (Reason::StillMoving, None),
-            End::Duration | End::Stopped => (Reason::DurationReached, None),
-            End::StepLimit => return self.failed(index, Reason::StepLimit, simulated_s, steps, Some(&state)),
-            End::NonFinite => return self.failed(index, Reason::NonFinite, simulated_s, steps, Some(&state)),
-            End::LeftGrid => return self.failed(index, Reason::LeftGrid, simulated_s, steps, Some(&state)),
-        };
-        let Model { slope, mesh, sample, .. } = &self.spec.model;
-        let moved = Moved { x0: &start.x, y0: &start.y, x: &state.x, y: &state.y, volume: &state.volume };
-        let measures = runout::measure(&moved, slope, mesh, sample.threshold_m, rest);
-        let kind = if sample.measure.of(&measures) > sample.threshold_m {
-            OutcomeKind::Runout
-        } else {
-            OutcomeKind::Stable
-        };
-        self.record(index, kind, reason, Some(measures), simulated_s, steps, Some(&state))
-    }
-
-    fn failed(
-        &self,
-        index: u64,
-        reason: Reason,
-        simulated_s: f64,
-        steps: u64,
-        state: Option<&State>,
-    ) -> Outcome {
-        self.record(index, OutcomeKind::Failed, reason, None, simulated_s, steps, state)
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the fields of an outcome, once each")]
-    fn record(
-        &self,
-        index: u64,
-        outcome: OutcomeKind,
-        reason: Reason,
-        measures: Option<Measures>,
-        simulated_s: f64,
-        steps: u64,
-        state: Option<&State>,
-    ) -> Outcome {
-        let mut record = Outcome {
-            index,
-            outcome,
-            reason,
-            measures,
-            simulated_s,
-            steps,
-            points: self.points.len() as u64,
-            digest: String::new(),
-        };
-        record.digest = digest(&record, state);
-        record
-    }
-}
-
-/// First 32 hexadecimal digits of the BLAKE3 hash of the points' state, in point order, and the outcome's fields.
-fn digest(outcome: &Outcome, state: Option<&State>) -> String {
-    let mut hasher = blake3::Hasher::new_derive_key("runout 2026 outcome digest v1");
-    // Numbers that are none may differ in their payload between processors: they count as one.
-    let mut number = |value: f64| {
-        let bits = if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
-        hasher.update(&bits.to_le_bytes());
-    };
-    if let Some(state) = state {
-        let fields = [
-            &state.x,
-            &state.y,
-            &state.vx,
-            &state.vy,
-            &state.wx,
-            &state.wy,
-            &state.stress_xx,
-            &state.stress_yy,
-            &state.stress_zz,
-            &state.stress_xy,
-            &state.pressure,
-            &state.porosity,
-            &state.volume,
-            &state.plastic_strain,
-        ];
-        fields.into_iter().flatten().for_each(|&value| number(value));
-    }
-    if let Some(m) = &outcome.measures {
-        for value in [
-            m.max_displacement_m,
-            m.displacement_q999_m,
-            m.toe_advance_m,
-            m.crest_retreat_m,
-            m.moved_area_m2,
-            m.deposit_height_at_toe_m,
-            m.time_to_rest_s.unwrap_or(f64::NAN),
-        ] {
-            number(value);
-        }
-    }
-    number(outcome.simulated_s);
-    for whole in [outcome.index, outcome.steps, outcome.points] {
-        hasher.update(&whole.to_le_bytes());
-    }
-    hasher.update(outcome.outcome.name().as_bytes());
-    hasher.update(outcome.reason.name().as_bytes());
-    hasher.finalize().to_hex()[..32].to_owned()
 }

@@ -8,6 +8,7 @@
 mod analysis;
 mod progress;
 mod properties;
+mod record;
 
 pub use analysis::{Snapshot, Source};
 pub use progress::{Cancelled, Progress};

@@ -14,7 +14,7 @@ macro_rules! lane_by_lane {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for i in 0..8 {
-                    self.0[i] = self.0[i] $op other.0[i];
+                    self.0[i] $op other.0[i];
                 }
                 self
             }
@@ -22,10 +22,10 @@ macro_rules! lane_by_lane {
     };
 }
 
-lane_by_lane!(Add, add, +);
-lane_by_lane!(Sub, sub, -);
-lane_by_lane!(Mul, mul, *);
-lane_by_lane!(Div, div, /);
+lane_by_lane!(Add, add, +=);
+lane_by_lane!(Sub, sub, -=);
+lane_by_lane!(Mul, mul, *=);
+lane_by_lane!(Div, div, /=);
 
 impl Neg for Baseline {
     type Output = Self;
@@ -99,35 +99,17 @@ impl Lanes for Baseline {
 
     #[inline(always)]
     fn gt(self, other: Self) -> [bool; 8] {
-        let mut mask = [false; 8];
-        for i in 0..8 {
-            mask[i] = self.0[i] > other.0[i];
-        }
-        mask
+        std::array::from_fn(|i| self.0[i] > other.0[i])
     }
 
     #[inline(always)]
-    fn select(mask: [bool; 8], yes: Self, mut no: Self) -> Self {
-        for i in 0..8 {
-            no.0[i] = if mask[i] { yes.0[i] } else { no.0[i] };
-        }
-        no
+    fn select(mask: [bool; 8], yes: Self, no: Self) -> Self {
+        Baseline(std::array::from_fn(|i| if mask[i] { yes.0[i] } else { no.0[i] }))
     }
 
     #[inline(always)]
-    fn and(mut a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
-        for i in 0..8 {
-            a[i] &= b[i];
-        }
-        a
-    }
-
-    #[inline(always)]
-    fn or(mut a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
-        for i in 0..8 {
-            a[i] |= b[i];
-        }
-        a
+    fn or(a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
+        std::array::from_fn(|i| a[i] | b[i])
     }
 
     #[inline(always)]
@@ -137,13 +119,7 @@ impl Lanes for Baseline {
 
     #[inline(always)]
     fn transpose(rows: [Self; 8]) -> [Self; 8] {
-        let mut columns = rows;
-        for i in 0..8 {
-            for j in 0..8 {
-                columns[j].0[i] = rows[i].0[j];
-            }
-        }
-        columns
+        std::array::from_fn(|j| Baseline(std::array::from_fn(|i| rows[i].0[j])))
     }
 
     #[inline(always)]

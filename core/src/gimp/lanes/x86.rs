@@ -124,11 +124,6 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn and(a: __mmask8, b: __mmask8) -> __mmask8 {
-        a & b
-    }
-
-    #[inline(always)]
     fn or(a: __mmask8, b: __mmask8) -> __mmask8 {
         a | b
     }
@@ -247,11 +242,6 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
         unsafe { Avx2(_mm256_blendv_pd(no.0, yes.0, mask.0), _mm256_blendv_pd(no.1, yes.1, mask.1)) }
-    }
-
-    #[inline(always)]
-    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        unsafe { (_mm256_and_pd(a.0, b.0), _mm256_and_pd(a.1, b.1)) }
     }
 
     #[inline(always)]

@@ -455,6 +455,11 @@ impl Queue {
         self.draining = true;
     }
 
+    /// Whether leases are given out no more because the coordinator stops.
+    pub fn is_draining(&self) -> bool {
+        self.draining
+    }
+
     /// The campaign is over: workers are told to leave.
     pub fn finish(&mut self) {
         self.finished = true;

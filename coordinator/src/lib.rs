@@ -1,9 +1,19 @@
-//! The user's command and the coordinator.
+//! Runout's coordinator and its user's command, as a library that the binary and the tests call.
+//!
+//! In the order of the data's way:
+//!
+//! 1. [`load`] reads what the user wrote; [`advice`] says what may be wrong with it although it is allowed.
+//! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
+//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
+//! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out.
+//! 4. [`cli`] holds one command a file.
 
-pub mod cli;
+pub mod load;
+
+pub mod advice;
+
 pub mod difference;
 pub mod engine;
-pub mod load;
 pub mod local;
 pub mod progress;
 pub mod queue;
@@ -13,3 +23,12 @@ pub mod service;
 pub mod status;
 pub mod store;
 pub mod writer;
+
+pub mod fit_tables;
+pub mod gallery;
+pub mod picture;
+pub mod report;
+pub mod table;
+pub mod vtu;
+
+pub mod cli;

@@ -1,92 +1,174 @@
-//! The only reader of user files: campaign file and site data in, frozen spec out.
+//! The only reader of user files: campaign file and site table in, checked campaign, fit and frozen spec out.
+//!
+//! Every message names the file, and what is wrong in it down to key and value or line and column.
 
-use runout_core::campaign::{self, Campaign, CampaignError, CopulaChoice, MarginalChoice};
-use runout_core::copula::{Copula, Family};
+use runout_core::campaign::{self, Campaign, CampaignError};
+use runout_core::fit::{self, Fit, FitError};
 use runout_core::site::{self, SiteData, SiteError};
-use runout_core::spec::{RandomProperty, SPEC_FORMAT, Spec};
-use std::fs;
+use runout_core::spec::{SPEC_FORMAT, Spec};
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A campaign with everything it names.
+/// A checked campaign with the texts it came from.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The campaign.
+    pub campaign: Campaign,
+    /// The site table; absent if every distribution is given.
+    pub site: Option<SiteData>,
+    /// The campaign file as written.
+    pub campaign_text: String,
+    /// The site table as written.
+    pub site_text: Option<String>,
+}
+
+/// A campaign that is ready to run: read, checked, fitted and frozen.
 #[derive(Debug, Clone)]
 pub struct Loaded {
-    /// The checked campaign.
+    /// The campaign.
     pub campaign: Campaign,
-    /// The site data.
+    /// The site table; absent if every distribution is given.
     pub site: Option<SiteData>,
-    /// Text of the campaign file.
+    /// The campaign file as written.
     pub campaign_text: String,
-    /// Text of the site data.
+    /// The site table as written.
     pub site_text: Option<String>,
+    /// The fit.
+    pub fit: Fit,
     /// The frozen spec.
     pub spec: Spec,
 }
 
-/// User files that cannot be used.
+/// A user's file that cannot be used.
 #[derive(Debug, Error)]
 pub enum LoadError {
-    /// The system refused.
-    #[error("{}: {error}", path.display())]
-    File {
-        /// The file.
+    /// The file cannot be read at all.
+    #[error("{}: {why}", path.display())]
+    Unreadable {
+        /// File.
         path: PathBuf,
-        /// What it said.
-        error: io::Error,
+        /// What the system said, or what to do.
+        why: String,
     },
     /// The campaign file is wrong.
     #[error("{}: {error}", path.display())]
     Campaign {
-        /// The file.
+        /// File.
         path: PathBuf,
-        /// How.
+        /// What is wrong.
         error: CampaignError,
     },
-    /// The site data is wrong.
+    /// The site table is wrong.
     #[error("{}: {error}", path.display())]
     Site {
-        /// The file.
+        /// File.
         path: PathBuf,
-        /// How.
+        /// What is wrong.
         error: SiteError,
+    },
+    /// The data cannot be fitted as asked.
+    #[error("{}: {error}", path.display())]
+    Fit {
+        /// Campaign file.
+        path: PathBuf,
+        /// What is wrong.
+        error: FitError,
     },
 }
 
-/// Reads the campaign at `path` and what it names.
+/// Reads and checks the campaign file at `path` and its site table; fits; freezes.
 ///
 /// # Errors
-/// A file that is missing or wrong.
+/// A file that cannot be read, that is wrong, or whose data cannot be fitted as asked.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
-    let read = |path: &Path| {
-        fs::read_to_string(path).map_err(|error| LoadError::File { path: path.to_owned(), error })
+    fit_and_freeze(path, read(path)?)
+}
+
+/// Fits and freezes what [`read`] gave for the campaign file at `path`.
+///
+/// # Errors
+/// Data that cannot be fitted as asked.
+pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> {
+    let Inputs { campaign, site, campaign_text, site_text } = inputs;
+    let fit = fit::fit(&campaign.random, site.as_ref(), &campaign.fit)
+        .map_err(|error| LoadError::Fit { path: path.to_owned(), error })?;
+    let spec = Spec {
+        format: SPEC_FORMAT,
+        seed: campaign.seed,
+        random: fit.random(&campaign.random),
+        copula: fit.copula.best.clone(),
+        model: campaign.model.clone(),
     };
-    let campaign_text = read(path)?;
+    Ok(Loaded { campaign, site, campaign_text, site_text, fit, spec })
+}
+
+/// Reads and checks the campaign file at `path` and its site table.
+///
+/// # Errors
+/// A file that cannot be read or that is wrong.
+pub fn read(path: &Path) -> Result<Inputs, LoadError> {
+    let campaign_text = read_text(path)?;
     let campaign = campaign::parse(&campaign_text)
         .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
-    let mut site_text = None;
-    let mut site = None;
-    if let Some(wanted) = &campaign.site {
-        let data = path.with_file_name(&wanted.data);
-        let text = read(&data)?;
-        let parsed = site::parse(&text, &wanted.columns, wanted.zeros);
-        site = Some(parsed.map_err(|error| LoadError::Site { path: data, error })?);
-        site_text = Some(text);
-    }
-    let marginals = campaign.random.iter().zip(&campaign.fit.marginals);
-    let random = marginals
-        .map(|(property, choice)| match choice {
-            MarginalChoice::Given(marginal) => RandomProperty { property: *property, marginal: *marginal },
-            _ => unreachable!("only given distributions"),
-        })
-        .collect();
-    let copula = match &campaign.fit.copula {
-        CopulaChoice::Family { family: Family::Frank, theta: Some(theta), .. } => {
-            Copula::Frank { theta: *theta }
+    let (site, site_text) = match &campaign.site {
+        None => (None, None),
+        Some(section) => {
+            let table = path.parent().unwrap_or(Path::new("")).join(&section.data);
+            let text = read_text(&table)?;
+            let data = site::parse(&text, &section.columns, section.zeros)
+                .map_err(|error| LoadError::Site { path: table, error })?;
+            (Some(data), Some(text))
         }
-        _ => Copula::Independent { dimension: campaign.random.len() },
     };
-    let spec =
-        Spec { format: SPEC_FORMAT, seed: campaign.seed, random, copula, model: campaign.model.clone() };
-    Ok(Loaded { campaign, site, campaign_text, site_text, spec })
+    Ok(Inputs { campaign, site, campaign_text, site_text })
+}
+
+/// As [`load`], from the texts that a run directory keeps; `path` names the campaign file in messages.
+///
+/// # Errors
+/// Texts that are wrong, or whose data cannot be fitted as asked.
+pub fn load_texts(
+    path: &Path,
+    campaign_text: String,
+    site_text: Option<String>,
+) -> Result<Loaded, LoadError> {
+    let campaign = campaign::parse(&campaign_text)
+        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
+    let site = match (&campaign.site, &site_text) {
+        (Some(section), Some(text)) => {
+            let table = path.with_file_name("site.csv");
+            Some(
+                site::parse(text, &section.columns, section.zeros)
+                    .map_err(|error| LoadError::Site { path: table, error })?,
+            )
+        }
+        (Some(_), None) => {
+            let why = "there is no such file, and the campaign needs it".to_owned();
+            return Err(LoadError::Unreadable { path: path.with_file_name("site.csv"), why });
+        }
+        (None, _) => None,
+    };
+    fit_and_freeze(path, Inputs { campaign, site, campaign_text, site_text })
+}
+
+fn read_text(path: &Path) -> Result<String, LoadError> {
+    let unreadable = |why: String| LoadError::Unreadable { path: path.to_owned(), why };
+    if path.is_dir() {
+        let inside = path.join("campaign.toml");
+        return Err(unreadable(if inside.is_file() {
+            format!("it is a directory; did you mean {}?", inside.display())
+        } else {
+            "it is a directory, and a file is needed".to_owned()
+        }));
+    }
+    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
+        io::ErrorKind::NotFound => unreadable("there is no such file".to_owned()),
+        io::ErrorKind::PermissionDenied => unreadable("it may not be read (permission denied)".to_owned()),
+        _ => unreadable(e.to_string()),
+    })?;
+    String::from_utf8(bytes).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        unreadable(format!("line {line}: it is not UTF-8 text"))
+    })
 }

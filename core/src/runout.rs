@@ -99,8 +99,7 @@ fn contiguous(moved: &Moved<'_>, grid: &Grid) -> Vec<bool> {
     let lowest = grid.cell_of(0.0, 0.5 * grid.cell_m) / nx;
     let toe = grid.cell_of(-0.5 * grid.cell_m, 0.5 * grid.cell_m) % nx;
     let mut reached = vec![false; nx * ny];
-    let mut waiting: Vec<usize> =
-        (0..=toe).map(|i| lowest * nx + i).filter(|&cell| occupied[cell]).collect();
+    let mut waiting: Vec<usize> = (0..=toe).map(|i| lowest * nx + i).filter(|&cell| occupied[cell]).collect();
     waiting.iter().for_each(|&cell| reached[cell] = true);
     while let Some(cell) = waiting.pop() {
         let (i, j) = (cell % nx, cell / nx);

@@ -88,6 +88,9 @@ pub enum SiteError {
         /// The text found.
         value: String,
     },
+    /// Not a table: broken quoting, for example.
+    #[error("{0}")]
+    Table(String),
     /// Too few tests to fit two-parameter families and a copula.
     #[error("{found} tests after the rule for zeros; at least {needed} are needed")]
     TooFewTests {
@@ -107,28 +110,30 @@ pub const FEWEST_TESTS: usize = 5;
 /// # Errors
 /// A missing column, a cell that is not a finite number >= 0, or fewer than [`FEWEST_TESTS`] tests.
 pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Result<SiteData, SiteError> {
-    let mut lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-    let header: Vec<&str> = lines
-        .next()
-        .map(|(_, l)| l.trim_start_matches('\u{feff}').split(',').map(clean_cell).collect())
-        .unwrap_or_default();
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let header = reader.headers().cloned().unwrap_or_default();
     let mut columns = columns.to_vec();
     columns.sort_by_key(|(p, _)| *p);
     let mut places = Vec::with_capacity(columns.len());
     for (_, name) in &columns {
-        let place = header
-            .iter()
-            .position(|h| h == name)
-            .ok_or_else(|| SiteError::MissingColumn { column: name.clone(), header: header.join(", ") })?;
+        let place = header.iter().position(|h| h == name).ok_or_else(|| SiteError::MissingColumn {
+            column: name.clone(),
+            header: header.iter().collect::<Vec<_>>().join(", "),
+        })?;
         places.push(place);
     }
 
     let mut values = vec![Vec::new(); columns.len()];
-    for (number, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(clean_cell).collect();
+    for record in reader.records() {
+        let cells = record.map_err(|e| SiteError::Table(e.to_string()))?;
+        let line = cells.position().map_or(0, |p| p.line() as usize);
         let mut row = Vec::with_capacity(columns.len());
         for (&place, (_, name)) in places.iter().zip(&columns) {
-            row.push(read_cell(number + 1, name, cells.get(place).copied().unwrap_or(""))?);
+            row.push(read_cell(line, name, cells.get(place).unwrap_or(""))?);
         }
         if let ZeroRule::Floor(floor) = zeros {
             row.iter_mut().filter(|v| **v == 0.0).for_each(|v| *v = floor);
@@ -146,10 +151,6 @@ pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Res
         return Err(SiteError::TooFewTests { found, needed: FEWEST_TESTS });
     }
     Ok(SiteData { properties: columns.into_iter().map(|(p, _)| p).collect(), values })
-}
-
-fn clean_cell(cell: &str) -> &str {
-    cell.trim().trim_matches('"').trim()
 }
 
 fn read_cell(line: usize, column: &str, text: &str) -> Result<f64, SiteError> {

@@ -70,7 +70,14 @@ pub fn is_inside(slope: &Slope, mesh: &Mesh, x: f64, y: f64) -> bool {
 }
 
 /// Hydrostatic pore pressure below a water table at (x, y), Pa; zero above it.
-pub fn hydrostatic_pressure(slope: &Slope, water: &Water, table: WaterTable, gravity_m_s2: f64, x: f64, y: f64) -> f64 {
+pub fn hydrostatic_pressure(
+    slope: &Slope,
+    water: &Water,
+    table: WaterTable,
+    gravity_m_s2: f64,
+    x: f64,
+    y: f64,
+) -> f64 {
     let surface = ground_surface_y(slope, x);
     let level = match table {
         WaterTable::GroundSurface => surface,

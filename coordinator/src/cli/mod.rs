@@ -1,18 +1,88 @@
-//! The user's commands, one a file.
+//! The commands, one a file, and what they share: arguments, failures, exit codes, printing.
 
+mod analysis;
+mod bench;
+mod check;
+mod field;
+mod fit;
+mod init;
+mod replay;
+mod report;
+mod results;
 pub mod run;
+mod run_records;
 pub mod serve;
+mod simulate;
 pub mod status;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
 use crate::serve::ServeError;
 use crate::status::Status;
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 use thiserror::Error;
 use tokio::runtime::Runtime;
+use tracing_subscriber::EnvFilter;
 
-/// A command that cannot do what was asked.
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 failed, 2 bad usage or bad input, 3 stopped at the maximum number of realisations \
+without convergence, 130 interrupted (resumable).
+Environment: RUST_LOG sets what is logged (error, warn, info, debug), NO_COLOR turns colours off, \
+RUNOUT_KERNEL forces a build of the solver's kernels (baseline, avx2, avx512).";
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// From a table of soil tests and a slope to the exceedance of its landslide's runout.
+///
+/// Fits distributions and a copula to measured properties, carries many random realisations of the slope through
+/// failure to rest, and reports how far they run, with intervals. Every number follows from the campaign's seed.
+#[derive(Debug, Parser)]
+#[command(name = "runout", version, after_help = EXIT_CODES, styles = STYLES, arg_required_else_help = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// A command with its arguments.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write a commented example campaign and its data into a new directory
+    Init(init::InitArguments),
+    /// Validate a campaign file and print what follows from it: size, time step, memory, time
+    Check(check::CheckArguments),
+    /// Fit marginals and copulas to the site data and print them as tables
+    Fit(fit::FitArguments),
+    /// Write one realisation's random fields as CSV, VTU or PNG
+    Field(field::FieldArguments),
+    /// Run one analysis: a realisation, or the slope with mean properties
+    Simulate(simulate::SimulateArguments),
+    /// Measure the speed of fields and solver on one core of this machine
+    Bench(bench::BenchArguments),
+    /// Run a whole campaign on this machine
+    Run(run::RunArgs),
+    /// Coordinate a campaign whose workers run elsewhere
+    Serve(serve::ServeArgs),
+    /// Show where a campaign stands
+    Status(status::StatusArgs),
+    /// Print every outcome of a run directory, in index order
+    Results(results::ResultsArguments),
+    /// Write report.html, self-contained, and its figures into a run directory
+    Report(report::ReportArguments),
+    /// Re-run one stored realisation from its seed and check that the bits are the same
+    Replay(replay::ReplayArguments),
+}
+
+/// A command that cannot do what was asked; the message is made for the user.
 #[derive(Debug, Error)]
 pub enum Failure {
     /// The campaign cannot be read.
@@ -24,20 +94,90 @@ pub enum Failure {
     /// Local workers cannot be started.
     #[error(transparent)]
     Local(#[from] LocalError),
+    /// Bad usage or bad input.
+    #[error("{0}")]
+    Input(String),
+    /// The work itself failed.
+    #[error("{0}")]
+    Work(String),
     /// Anything else that went wrong.
     #[error(transparent)]
     Other(#[from] anyhow::Error),
 }
 
 impl Failure {
+    /// A failure of the work: `what` was being done when `error` came.
+    pub fn work(what: impl Display, error: impl Display) -> Failure {
+        Failure::Work(format!("{what}: {error}"))
+    }
+
     /// The exit code: 2 for bad input, 1 for what went wrong on the way.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Failure::Load(_) | Failure::Local(LocalError::NoProgram(_)) => 2,
+            Failure::Load(_) | Failure::Input(_) | Failure::Local(LocalError::NoProgram(_)) => 2,
             Failure::Serve(error) => error.exit_code(),
-            Failure::Local(_) | Failure::Other(_) => 1,
+            Failure::Local(_) | Failure::Work(_) | Failure::Other(_) => 1,
         }
     }
+}
+
+/// Exit code of a command that did what was asked.
+const DONE: u8 = 0;
+
+/// Runs a command; returns the exit code.
+///
+/// # Errors
+/// [`Failure`], with the message for the user.
+pub fn execute(command: Command) -> Result<u8, Failure> {
+    let done = match command {
+        Command::Init(arguments) => init::init(&arguments),
+        Command::Check(arguments) => check::check(&arguments),
+        Command::Fit(arguments) => fit::fit(&arguments),
+        Command::Field(arguments) => field::field(&arguments),
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Run(arguments) => return run::main(&arguments),
+        Command::Serve(arguments) => return serve::main(&arguments),
+        Command::Status(arguments) => return status::main(&arguments),
+        Command::Results(arguments) => results::results(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
+        Command::Replay(arguments) => replay::replay(&arguments),
+    };
+    done.map(|()| DONE)
+}
+
+/// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set).
+pub fn start_logging() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,runout=info"));
+    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+    // A second call (in tests) changes nothing.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(colour)
+        .with_target(false)
+        .try_init();
+}
+
+/// Prints `text` to standard output; a reader that has gone away (`runout results DIR | head`) is no failure.
+///
+/// # Errors
+/// Standard output cannot be written, for example because the disk is full.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::work("standard output", e)),
+        _ => Ok(()),
+    }
+}
+
+/// Prints one JSON document to standard output.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document).map_err(|e| Failure::work("JSON", e))?;
+    print(&(text + "\n"))
 }
 
 /// The asynchronous runtime of the commands that serve or ask.

@@ -34,15 +34,19 @@ pub(super) fn check(file: &CampaignFile) -> Checked<Campaign> {
     let random = random_properties(site.as_ref(), &file.fit)?;
     let slope = check_slope(&file.slope)?;
     let mesh = check_mesh(&file.mesh, &slope)?;
+    let soil = check_soil(&file.soil, &random)?;
+    let water = check_water(&file.water, &slope)?;
+    let analysis = check_analysis(&file.analysis)?;
+    check_weight(&soil, &water, &analysis)?;
     Ok(Campaign {
         name: file.name.clone(),
         seed: file.seed,
         fit: check_fit(&file.fit, &random, site.is_some())?,
         model: Model {
             field: check_field(&file.field)?,
-            soil: check_soil(&file.soil, &random, &file.water)?,
-            water: check_water(&file.water, &slope)?,
-            analysis: check_analysis(&file.analysis)?,
+            soil,
+            water,
+            analysis,
             sample: check_sample(&file.sample)?,
             maximum_steps: at_least("run.maximum_steps", file.run.maximum_steps, 1)?,
             slope,
@@ -306,7 +310,7 @@ fn check_mesh(raw: &MeshSection, slope: &Slope) -> Checked<Mesh> {
     }
 }
 
-fn check_soil(raw: &SoilSection, random: &[Property], water: &WaterSection) -> Checked<Soil> {
+fn check_soil(raw: &SoilSection, random: &[Property]) -> Checked<Soil> {
     let constant = |p: Property, value: Option<f64>, unit: f64| -> Checked<Option<f64>> {
         let key = format!("soil.{}", p.name());
         match (random.contains(&p), value) {
@@ -317,12 +321,6 @@ fn check_soil(raw: &SoilSection, random: &[Property], water: &WaterSection) -> C
         }
     };
     let unit_weight = constant(Property::UnitWeight, raw.unit_weight_kn_m3, 1e3)?;
-    if let (Some(weight), Some(value)) = (unit_weight, raw.unit_weight_kn_m3) {
-        // The solid's own weight must be positive: total weight less the pores full of water.
-        let pore_water = raw.porosity * water.density_kg_m3 * 9.80665;
-        let allowed = format!("it must exceed the weight of the pore water, {:.3} kN/m3", pore_water / 1e3);
-        within("soil.unit_weight_kn_m3", value, weight > pore_water, &allowed)?;
-    }
     let friction = constant(Property::FrictionAngle, raw.friction_angle_deg, RAD_PER_DEG)?;
     if let Some(angle) = raw.friction_angle_deg {
         between("soil.friction_angle_deg", angle, 0.0, 80.0)?;
@@ -352,6 +350,14 @@ fn check_soil(raw: &SoilSection, random: &[Property], water: &WaterSection) -> C
         )?,
         permeability_m_s: positive("soil.permeability_m_s", raw.permeability_m_s)?,
     })
+}
+
+/// The solid's own weight must be positive: the total weight less that of the pores full of water.
+fn check_weight(soil: &Soil, water: &Water, analysis: &Analysis) -> Checked<()> {
+    let Some(weight) = soil.unit_weight_n_m3 else { return Ok(()) };
+    let pore_water = soil.porosity * water.density_kg_m3 * analysis.gravity_m_s2;
+    let allowed = format!("it must exceed the weight of the pore water, {:.3} kN/m3", pore_water / 1e3);
+    within("soil.unit_weight_kn_m3", weight / 1e3, weight > pore_water, &allowed).map(|_| ())
 }
 
 fn check_water(raw: &WaterSection, slope: &Slope) -> Checked<Water> {

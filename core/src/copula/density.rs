@@ -1,6 +1,6 @@
 //! Log-densities at many places: what does not depend on the place is worked out once.
 
-use super::{Copula, CopulaError, frank, gaussian, no16, plackett, student_t};
+use super::{Copula, CopulaError, frank, gaussian, matrix, no16, plackett, student_t};
 use crate::special::StudentT;
 use std::collections::BTreeMap;
 
@@ -50,18 +50,33 @@ impl LogDensity {
 }
 
 /// Scores of pseudo-observations under an elliptical copula's marginals, for likelihoods of many matrices.
+///
+/// What does not depend on the matrix is summed once.
 #[derive(Debug, Clone)]
 pub(crate) struct Scores {
     /// Degrees of freedom; absent for normal scores.
     degrees_of_freedom: Option<f64>,
-    /// One vector a property.
+    /// Number of tests.
+    tests: f64,
+    /// One vector a property. For normal scores not the tests' but, where it exists, a factor of their second-moment matrix,
+    /// which has the same likelihood.
     columns: Vec<Vec<f64>>,
+    /// Log-density of the marginals but for constants, summed over all scores, with the sign it has in a copula's density.
+    margins: f64,
 }
 
 impl Scores {
     /// Normal scores that are worked out already.
     pub(crate) fn normal(columns: &[Vec<f64>]) -> Scores {
-        Scores { degrees_of_freedom: None, columns: columns.to_vec() }
+        let moment = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let moments: Vec<Vec<f64>> =
+            columns.iter().map(|a| columns.iter().map(|b| moment(a, b)).collect()).collect();
+        Scores {
+            degrees_of_freedom: None,
+            tests: columns[0].len() as f64,
+            margins: 0.5 * moments.iter().enumerate().map(|(i, row)| row[i]).sum::<f64>(),
+            columns: matrix::cholesky(&moments).unwrap_or_else(|| columns.to_vec()),
+        }
     }
 
     /// Student t scores of pseudo-observations. Each distinct one is inverted once: ranks repeat in every column.
@@ -69,31 +84,39 @@ impl Scores {
         let margin = StudentT::new(degrees_of_freedom);
         let mut known = BTreeMap::new();
         let mut score = |u: f64| *known.entry(u.to_bits()).or_insert_with(|| margin.quantile(u));
-        let columns = uniforms.iter().map(|column| column.iter().map(|&u| score(u)).collect()).collect();
-        Scores { degrees_of_freedom: Some(degrees_of_freedom), columns }
+        let columns: Vec<Vec<f64>> =
+            uniforms.iter().map(|column| column.iter().map(|&u| score(u)).collect()).collect();
+        Scores {
+            degrees_of_freedom: Some(degrees_of_freedom),
+            tests: uniforms[0].len() as f64,
+            margins: columns.iter().map(|column| student_t::margins(degrees_of_freedom, column)).sum(),
+            columns,
+        }
     }
 
     /// Log-likelihood of a correlation matrix; `None` if it is not positive definite.
     pub(crate) fn log_likelihood(&self, correlation: &[Vec<f64>]) -> Option<f64> {
-        match self.degrees_of_freedom {
+        let joint = match self.degrees_of_freedom {
             None => {
-                let density = gaussian::LogDensity::new(correlation)?;
-                Some(self.sum(|z| density.at_scores(z)))
+                let factor = matrix::cholesky(correlation)?;
+                let lengths = self.sum(|z| matrix::squared_length(&factor, z));
+                -0.5 * (self.tests * matrix::log_determinant(&factor) + lengths)
             }
             Some(nu) => {
                 let density = student_t::LogDensity::new(correlation, nu)?;
-                Some(self.sum(|x| density.at_scores(x)))
+                self.sum(|x| density.joint(x))
             }
-        }
+        };
+        Some(joint + self.margins)
     }
 
-    fn sum(&self, log_density: impl Fn(&[f64]) -> f64) -> f64 {
+    fn sum(&self, of_row: impl Fn(&[f64]) -> f64) -> f64 {
         let mut row = [0.0; super::MOST_PROPERTIES];
         let row = &mut row[..self.columns.len()];
         let mut total = 0.0;
-        for test in 0..self.columns[0].len() {
-            row.iter_mut().zip(&self.columns).for_each(|(cell, column)| *cell = column[test]);
-            total += log_density(row);
+        for place in 0..self.columns[0].len() {
+            row.iter_mut().zip(&self.columns).for_each(|(cell, column)| *cell = column[place]);
+            total += of_row(row);
         }
         total
     }

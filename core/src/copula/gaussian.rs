@@ -33,11 +33,6 @@ impl LogDensity {
         let mut z = [0.0; super::MOST_PROPERTIES];
         let z = &mut z[..u.len()];
         z.iter_mut().zip(u).for_each(|(z, u)| *z = normal_quantile(*u));
-        self.at_scores(z)
-    }
-
-    /// At normal scores `z`.
-    pub(super) fn at_scores(&self, z: &[f64]) -> f64 {
         let own: f64 = z.iter().map(|z| z * z).sum();
         -0.5 * (self.log_determinant + squared_length(&self.factor, z) - own)
     }

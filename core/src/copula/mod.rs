@@ -4,6 +4,7 @@
 //! h(v | u) = dC/du and its inverse in closed form. The elliptical families work in any dimension.
 
 mod density;
+mod driven;
 mod frank;
 mod gaussian;
 mod matrix;
@@ -14,6 +15,7 @@ mod student_t;
 
 pub use density::LogDensity;
 pub(crate) use density::Scores;
+pub use driven::DrivenCorrelation;
 pub use gaussian::{correlation_of_tau, tau_of_correlation};
 pub(crate) use matrix::cholesky;
 pub use sampler::Sampler;
@@ -223,6 +225,11 @@ impl Copula {
     /// For many places of one elliptical copula prepare a [`LogDensity`].
     pub fn log_density(&self, u: &[f64]) -> f64 {
         LogDensity::new(self).map_or(f64::NAN, |prepared| prepared.at(u))
+    }
+
+    /// Density at `u`, one coordinate in (0, 1) per property.
+    pub fn density(&self, u: &[f64]) -> f64 {
+        libm::exp(self.log_density(u))
     }
 
     /// Distribution function of a two-property copula; `None` in other dimensions.

@@ -31,16 +31,19 @@ impl LogDensity {
         let mut x = [0.0; super::MOST_PROPERTIES];
         let x = &mut x[..u.len()];
         x.iter_mut().zip(u).for_each(|(x, u)| *x = self.margin.quantile(*u));
-        self.at_scores(x)
+        self.joint(x) + margins(self.degrees_of_freedom, x)
     }
 
-    /// At the Student t scores `x`.
-    pub(super) fn at_scores(&self, x: &[f64]) -> f64 {
+    /// At the Student t scores `x`: the joint density and its constants, without the marginals' part.
+    pub(super) fn joint(&self, x: &[f64]) -> f64 {
         let nu = self.degrees_of_freedom;
-        let joint = 0.5 * (nu + x.len() as f64) * libm::log1p(squared_length(&self.factor, x) / nu);
-        let margins: f64 = x.iter().map(|x| 0.5 * (nu + 1.0) * libm::log1p(x * x / nu)).sum();
-        self.constant - joint + margins
+        self.constant - 0.5 * (nu + x.len() as f64) * libm::log1p(squared_length(&self.factor, x) / nu)
     }
+}
+
+/// The marginals' part of the log-density at the scores `x`.
+pub(super) fn margins(nu: f64, x: &[f64]) -> f64 {
+    x.iter().map(|x| 0.5 * (nu + 1.0) * libm::log1p(x * x / nu)).sum()
 }
 
 /// Bivariate distribution function by the integral over the correlation from perfect negative dependence (Dunnett and

@@ -14,8 +14,9 @@ mod marginals;
 mod ranks;
 mod uncertainty;
 
-pub use goodness::{GoodnessOfFit, goodness_of_fit};
-pub use uncertainty::{Interval, PropertyUncertainty, Uncertainty, uncertainty};
+pub use goodness::{GOODNESS_REPLICATES, GoodnessOfFit, goodness_of_fit};
+pub use marginals::marginal_candidates;
+pub use uncertainty::{Interval, PropertyUncertainty, UNCERTAINTY_REPLICATES, Uncertainty, uncertainty};
 
 use crate::campaign::{Criterion, FitSettings, MarginalChoice, Recipe};
 use crate::copula::{self, Copula};
@@ -94,7 +95,7 @@ pub struct CopulaCandidate {
     /// Its p-value by parametric bootstrap.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p_value: Option<f64>,
-    /// Why the family does not apply.
+    /// What to know about the fit; where there are no numbers, why the family does not apply.
     pub note: Option<String>,
 }
 
@@ -151,6 +152,13 @@ pub enum FitError {
     /// No copula, or not the forced one, can hold the dependence.
     #[error("copula: {0}")]
     Copula(String),
+}
+
+impl MarginalCandidate {
+    /// The fitted distribution; `None` if the family does not apply.
+    pub fn marginal(&self) -> Option<Marginal> {
+        Some(Marginal { family: self.family, p: self.p?, q: self.q? })
+    }
 }
 
 impl CopulaCandidate {

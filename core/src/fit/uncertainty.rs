@@ -14,6 +14,9 @@ use rand_chacha::rand_core::Rng;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// Resamples that know an interval's ends to about a tenth of its width; some hundredths of a second.
+pub const UNCERTAINTY_REPLICATES: usize = 1000;
+
 /// A 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {

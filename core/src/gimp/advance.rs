@@ -112,14 +112,7 @@ fn report<S: Lanes>(motion: Motion<S>, outside: S) -> StepReport {
 /// Keeps the points that only fill the last block where they are.
 fn rest_padding(last: &mut Block, live: usize) {
     for lane in live..8 {
-        for quantity in [
-            &mut last.vx,
-            &mut last.vy,
-            &mut last.wx,
-            &mut last.wy,
-            &mut last.dx,
-            &mut last.dy,
-        ] {
+        for quantity in [&mut last.vx, &mut last.vy, &mut last.wx, &mut last.wy, &mut last.dx, &mut last.dy] {
             quantity.0[lane] = 0.0;
         }
     }
@@ -139,8 +132,7 @@ fn update<S: Lanes, const TWO: bool>(
     let means = if average { strain::cell_means(grid, block, cells) } else { [S::splat(0.0); 3] };
     let (xx, yy) = (load(&block.lxx), load(&block.lyy));
     let volumetric = if step.average_strain { means[0] } else { xx + yy };
-    let increment =
-        Increment { xx, yy, xy: load(&block.lxy), yx: load(&block.lyx), volumetric };
+    let increment = Increment { xx, yy, xy: load(&block.lxy), yx: load(&block.lyx), volumetric };
     let strength = Strength {
         sin_phi: load(&block.sin_phi),
         two_c_cos_phi: load(&block.two_c_cos_phi),

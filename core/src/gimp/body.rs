@@ -101,7 +101,6 @@ pub struct Body {
     elastic: Elastic,
     wave_m_s: f64,
     largest_density: f64,
-    total_mass: f64,
     fastest_m_s: f64,
     /// How far a point may have moved since the last sort, m.
     travelled_m: f64,
@@ -137,14 +136,8 @@ impl Body {
             },
             order: (0..points.len() as u32).collect(),
             elastic,
-            wave_m_s: wave_speed(
-                &setup.material,
-                setup.controls.formulation,
-                smallest_density,
-                grid.cell_m,
-            ),
+            wave_m_s: wave_speed(&setup.material, setup.controls.formulation, smallest_density, grid.cell_m),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
-            total_mass: points.density.iter().zip(&points.volume).map(|(d, v)| d * v).sum(),
             fastest_m_s: points
                 .velocity
                 .iter()
@@ -174,19 +167,9 @@ impl Body {
         self.steps
     }
 
-    /// Mass of everything at the start, kg per m of width.
-    pub fn total_mass(&self) -> f64 {
-        self.total_mass
-    }
-
     /// Time step that the Courant number allows now, s.
     pub fn stable_step_s(&self) -> f64 {
         time_step(&self.setup.controls, self.setup.grid.cell_m, self.wave_m_s, self.fastest_m_s)
-    }
-
-    /// Replaces the local damping from the next step on.
-    pub fn set_local_damping(&mut self, share: f64) {
-        self.setup.controls.local_damping = share;
     }
 
     /// Carries the points through one step of `dt_s`, s.
@@ -203,6 +186,16 @@ impl Body {
         self.time_s += dt_s;
         self.steps += 1;
         Report { kinetic_energy_j: report.kinetic_energy, left_grid: report.left_grid }
+    }
+
+    /// The points' positions in their original order, m.
+    pub fn positions(&self) -> Vec<[f64; 2]> {
+        let mut positions = vec![[0.0; 2]; self.order.len()];
+        for (place, &original) in self.order.iter().enumerate() {
+            let block = &self.arena.blocks[place / 8];
+            positions[original as usize] = [block.x.0[place % 8], block.y.0[place % 8]];
+        }
+        positions
     }
 
     /// The points' state in their original order.
@@ -297,7 +290,8 @@ fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
     for i in 0..count {
         let (block, lane) = (&mut blocks[i / 8], i % 8);
         let grains = if two { (1.0 - material.porosity) * points.volume[i] } else { 0.0 };
-        let water_mass = if two { material.porosity * material.water_density_kg_m3 * points.volume[i] } else { 0.0 };
+        let water_mass =
+            if two { material.porosity * material.water_density_kg_m3 * points.volume[i] } else { 0.0 };
         block.x.0[lane] = points.x[i];
         block.y.0[lane] = points.y[i];
         [block.vx.0[lane], block.vy.0[lane]] = points.velocity[i];

@@ -76,10 +76,7 @@ impl<S: Lanes> GridLanes<S> {
     /// Cell coordinates of eight points.
     #[inline(always)]
     pub(super) fn coordinates(&self, x: &V8, y: &V8) -> [S; 2] {
-        [
-            (S::load(x) - self.origin[0]) * self.inverse_cell,
-            (S::load(y) - self.origin[1]) * self.inverse_cell,
-        ]
+        [(S::load(x) - self.origin[0]) * self.inverse_cell, (S::load(y) - self.origin[1]) * self.inverse_cell]
     }
 
     /// Cells of eight points, clamped into the grid.

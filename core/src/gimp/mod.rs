@@ -37,6 +37,6 @@ mod water;
 pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
 pub use grid::Grid;
 pub use kernel::Kernel;
-pub use rest::RestRule;
+pub use rest::{RestRule, net_velocity};
 pub use setup::{Conditions, Controls, InitialPoints, Material, Setup, Support};
 pub use stage::{End, Limits, run};

@@ -84,32 +84,36 @@ pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, 
 }
 
 #[inline(always)]
-fn one_phase(sums: &[f64; 8], free: &[f64; 4], friction: f64, balance: &Balance, dt: f64) -> [f64; 8] {
+fn one_phase(sums: &[f64; 8], free: &[f64; 4], friction: Option<f64>, balance: &Balance, dt: f64) -> [f64; 8] {
     let inverse = 1.0 / sums[0];
     let mut rates = [0.0; 8];
-    let mut pushed = 0.0;
     for axis in 0..2 {
         let arriving = sums[2 + axis] * inverse;
         let force = (sums[4 + axis] + sums[6 + axis]) * inverse + balance.gravity[axis];
         let change = damp(dt * force, arriving, balance.damping);
-        pushed = -(arriving + change);
         rates[axis] = change * free[axis];
         rates[4 + axis] = (arriving + change) * free[axis];
     }
-    if friction > 0.0 {
-        slow_down(&mut rates, friction * pushed.max(0.0));
+    if let Some(coefficient) = friction {
+        touch_down(&mut rates, coefficient);
     }
     rates
 }
 
-/// Coulomb friction on the bottom wall: takes up to `limit` of the tangential velocity.
+/// Contact with the bottom wall where the node moves into it: the normal velocity is taken away, and of the
+/// tangential one up to `coefficient` times as much (Coulomb). A node that moves off is free.
 #[inline(always)]
-fn slow_down(rates: &mut [f64; 8], limit: f64) {
-    let sliding = rates[4];
-    let kept = (sliding.abs() - limit).max(0.0);
+fn touch_down(rates: &mut [f64; 8], coefficient: f64) {
+    let (sliding, normal) = (rates[4], rates[5]);
+    if normal >= 0.0 {
+        return;
+    }
+    let kept = (sliding.abs() + coefficient * normal).max(0.0);
     let slowed = if sliding < 0.0 { -kept } else { kept };
     rates[0] += slowed - sliding;
+    rates[1] -= normal;
     rates[4] = slowed;
+    rates[5] = 0.0;
 }
 
 #[inline(always)]
@@ -161,8 +165,10 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             .iter_mut()
             .zip(&mut nodes.velocities[start..end])
             .zip(&mut nodes.cells[start..end])
-            .zip(&nodes.free[start..end]);
-        for (((sums, velocities), cell), free) in rows {
+            .zip(&nodes.free[start..end])
+            .zip(&nodes.friction[start..end])
+            .zip(&nodes.rates[start..end]);
+        for (((((sums, velocities), cell), free), friction), rates) in rows {
             cell.0 = [0.0; 8];
             let [skeleton, water, ..] = sums.0;
             sums.0 = [0.0; 8];
@@ -173,12 +179,19 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             let inverse = 1.0 / skeleton;
             let inverse_water = if TWO { 1.0 / water } else { 0.0 };
             let p = velocities.0;
-            let v = [
+            let mut v = [
                 p[0] * inverse * free[0],
                 p[1] * inverse * free[1],
                 p[2] * inverse_water * free[2],
                 p[3] * inverse_water * free[3],
             ];
+            if friction.is_some() {
+                v[1] = v[1].max(0.0);
+                // A node that sticks does so for the strains as well.
+                if rates.0[4] == 0.0 && rates.0[5] == 0.0 {
+                    v[0] = 0.0;
+                }
+            }
             velocities.0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
         }
     }

@@ -24,8 +24,8 @@ pub(super) struct Nodes {
     pub(super) free: Vec<[f64; 4]>,
     /// Volume of a node all of whose cells between the walls are full, m2.
     pub(super) full_volume: Vec<f64>,
-    /// Coulomb coefficient of a node's base, 0 where there is none.
-    pub(super) friction: Vec<f64>,
+    /// Coulomb coefficient of the base that a node lies on.
+    pub(super) friction: Vec<Option<f64>>,
     /// Nodes that points may reach before the next sort, per grid row.
     pub(super) spans: Vec<Range<usize>>,
 }
@@ -41,7 +41,7 @@ impl Nodes {
             cells: vec![V8::ZERO; count],
             free: vec![[1.0; 4]; count],
             full_volume: vec![0.0; count],
-            friction: vec![0.0; count],
+            friction: vec![None; count],
             spans: Vec::with_capacity(grid.nodes[1]),
         };
         let [nx, ny] = grid.nodes;
@@ -72,18 +72,13 @@ impl Nodes {
                 self.free[k][normal + 2] = 0.0;
             }
             Support::Fixed => self.free[k] = [0.0; 4],
-            Support::Friction(coefficient) => {
-                self.free[k][normal] = 0.0;
-                self.free[k][normal + 2] = 0.0;
-                self.friction[k] = coefficient;
-            }
+            Support::Friction(coefficient) => self.friction[k] = Some(coefficient),
         }
     }
 
     /// Zeroes all sums and takes over new spans.
     pub(super) fn clear(&mut self) {
-        for rows in
-            [&mut self.sums, &mut self.forces, &mut self.rates, &mut self.velocities, &mut self.cells]
+        for rows in [&mut self.sums, &mut self.forces, &mut self.rates, &mut self.velocities, &mut self.cells]
         {
             rows.fill(V8::ZERO);
         }

@@ -1,58 +1,87 @@
 //! When the material is at rest.
 //!
-//! Two rules, each of which must hold without a break for `hold_s`: kinetic energy below a share of the largest it
-//! has had (failed slopes), or root mean square velocity below a limit (stable slopes, whose largest kinetic energy
-//! is small itself).
+//! Two rules. Relative: the kinetic energy has been below a share of the largest it has had for `hold_s` without a
+//! break (failed slopes). Absolute: over a window of `hold_s` the points have moved, in the root mean square, by less
+//! than a limiting velocity times the window (stable slopes, whose largest kinetic energy is small itself). What the
+//! absolute rule sees is net movement: an undamped slope rings elastically at some mm/s for ever without going
+//! anywhere.
 
 /// The rules for rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestRule {
     /// Kinetic energy over its maximum.
     pub kinetic_energy_share: f64,
-    /// Root mean square velocity, m/s.
+    /// Root mean square over the points of net displacement over time in a window of `hold_s`, m/s.
     pub velocity_m_s: f64,
-    /// How long a rule must hold, s.
+    /// How long the relative rule must hold, and the window of the absolute one, s.
     pub hold_s: f64,
 }
 
 /// Follows an analysis and tells when it has come to rest.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct RestWatch {
     rule: RestRule,
-    mass: f64,
     largest_energy: f64,
-    relative_since: Option<f64>,
-    absolute_since: Option<f64>,
+    /// Since when the relative rule has held, s.
+    quiet_since: Option<f64>,
+    window_start: f64,
+    /// Positions at the start of the window, m.
+    window_positions: Vec<[f64; 2]>,
 }
 
 impl RestWatch {
-    /// `mass`: of everything, kg per m of width.
-    pub(super) fn new(rule: RestRule, mass: f64) -> RestWatch {
-        RestWatch { rule, mass, largest_energy: 0.0, relative_since: None, absolute_since: None }
+    /// Starts at time 0 with these positions.
+    pub(super) fn new(rule: RestRule, positions: Vec<[f64; 2]>) -> RestWatch {
+        RestWatch {
+            rule,
+            largest_energy: 0.0,
+            quiet_since: None,
+            window_start: 0.0,
+            window_positions: positions,
+        }
     }
 
-    /// Takes in the kinetic energy (J per m) at `time_s`; if a rule has held long enough, since when.
-    pub(super) fn observe(&mut self, time_s: f64, kinetic_energy: f64) -> Option<f64> {
+    /// Takes in the kinetic energy (J per m) at `time_s` and, where a window ends, the positions; if a rule has held
+    /// long enough, since when.
+    pub(super) fn observe(
+        &mut self,
+        time_s: f64,
+        kinetic_energy: f64,
+        positions: impl FnOnce() -> Vec<[f64; 2]>,
+    ) -> Option<f64> {
         self.largest_energy = self.largest_energy.max(kinetic_energy);
-        let velocity = (2.0 * kinetic_energy / self.mass).sqrt();
-        let relative = kinetic_energy < self.rule.kinetic_energy_share * self.largest_energy;
-        let absolute = velocity < self.rule.velocity_m_s;
-        follow(&mut self.relative_since, relative, time_s);
-        follow(&mut self.absolute_since, absolute, time_s);
-        let held = |since: Option<f64>| since.filter(|s| time_s - s >= self.rule.hold_s);
-        match (held(self.relative_since), held(self.absolute_since)) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
+        if kinetic_energy < self.rule.kinetic_energy_share * self.largest_energy {
+            let since = *self.quiet_since.get_or_insert(time_s);
+            if time_s - since >= self.rule.hold_s {
+                return Some(since);
+            }
+        } else {
+            self.quiet_since = None;
         }
+        if time_s - self.window_start < self.rule.hold_s {
+            return None;
+        }
+        let now = positions();
+        let velocity = net_velocity(&self.window_positions, &now, time_s - self.window_start);
+        if velocity < self.rule.velocity_m_s {
+            return Some(self.window_start);
+        }
+        (self.window_start, self.window_positions) = (time_s, now);
+        None
     }
 }
 
-fn follow(since: &mut Option<f64>, holds: bool, time_s: f64) {
-    match (holds, *since) {
-        (true, None) => *since = Some(time_s),
-        (false, _) => *since = None,
-        (true, Some(_)) => {}
+/// Root mean square over the points of displacement over time between two sets of positions, m/s; 0 of nothing.
+pub fn net_velocity(before: &[[f64; 2]], after: &[[f64; 2]], time_s: f64) -> f64 {
+    if time_s <= 0.0 || before.is_empty() {
+        return 0.0;
     }
+    let square: f64 = before
+        .iter()
+        .zip(after)
+        .map(|(a, b)| (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]))
+        .sum();
+    (square / before.len() as f64).sqrt() / time_s
 }
 
 #[cfg(test)]
@@ -63,18 +92,20 @@ mod tests {
 
     #[test]
     fn a_slide_is_at_rest_half_a_second_after_its_energy_fell_below_the_share() {
-        let mut watch = RestWatch::new(RULE, 1.0);
-        assert_eq!(watch.observe(1.0, 100.0), None);
-        assert_eq!(watch.observe(2.0, 0.05), None);
-        assert_eq!(watch.observe(2.2, 0.2), None, "above the share again: the wait starts anew");
-        assert_eq!(watch.observe(2.3, 0.05), None);
-        assert_eq!(watch.observe(2.8, 0.05), Some(2.3));
+        let mut watch = RestWatch::new(RULE, vec![[0.0; 2]]);
+        let mut observe = |t: f64, energy: f64| watch.observe(t, energy, || vec![[t, 0.0]]);
+        assert_eq!(observe(1.0, 100.0), None);
+        assert_eq!(observe(2.0, 0.05), None);
+        assert_eq!(observe(2.2, 0.2), None, "above the share again: the wait starts anew");
+        assert_eq!(observe(2.3, 0.05), None);
+        assert_eq!(observe(2.8, 0.05), Some(2.3));
     }
 
     #[test]
-    fn a_stable_slope_is_at_rest_by_the_absolute_rule() {
-        let mut watch = RestWatch::new(RULE, 2.0);
-        assert_eq!(watch.observe(0.1, 0.9e-6), None);
-        assert_eq!(watch.observe(0.6, 0.9e-6), Some(0.1));
+    fn a_ringing_slope_is_at_rest_if_it_goes_nowhere() {
+        let mut watch = RestWatch::new(RULE, vec![[0.0; 2]]);
+        assert_eq!(watch.observe(0.3, 1.0, || unreachable!("no window ends here")), None);
+        assert_eq!(watch.observe(0.5, 1.0, || vec![[6e-4, 0.0]]), None, "1.2 mm/s");
+        assert_eq!(watch.observe(1.0, 1.0, || vec![[2e-4, 0.0]]), Some(0.5), "0.8 mm/s");
     }
 }

@@ -12,7 +12,7 @@ pub enum Support {
     Roller,
     /// Its velocity is zero.
     Fixed,
-    /// Its normal velocity is zero and Coulomb friction with this coefficient acts along it (only the bottom).
+    /// It is touched from above, with Coulomb friction of this coefficient (only the bottom wall, only one phase).
     Friction(f64),
 }
 

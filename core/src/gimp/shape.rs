@@ -43,11 +43,7 @@ fn along<S: Lanes>(coordinate: S, last_nearest: S, l: S) -> (S, [S; 3], [S; 3]) 
     let right = (to_right * to_right).mul_add(quarter_over_l, (d - e).max(zero));
     let slope_left = -(to_left * half_over_l);
     let slope_right = to_right * half_over_l;
-    (
-        nearest - one,
-        [left, one - left - right, right],
-        [slope_left, -(slope_left + slope_right), slope_right],
-    )
+    (nearest - one, [left, one - left - right, right], [slope_left, -(slope_left + slope_right), slope_right])
 }
 
 /// Values of the shape functions of eight points.

@@ -35,8 +35,7 @@ pub(super) fn pressure<S: Lanes>(
     skeleton_divergence: S,
     water_divergence: S,
 ) -> S {
-    let inflow =
-        porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence);
+    let inflow = porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence);
     let relaxed = S::splat(water.relaxation).mul_add(cell_pressure - pressure, pressure);
     let stiffness = S::splat(water.bulk) / porosity;
     (-stiffness).mul_add(inflow, relaxed).max(S::splat(-water.cavitation))

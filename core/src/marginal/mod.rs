@@ -70,16 +70,31 @@ pub struct Marginal {
 
 /// Parameters that are no distribution this program can work with.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("{}(p = {p}, q = {q}) cannot be used; {allowed}", family.name())]
-pub struct MarginalError {
-    /// Family.
-    pub family: Family,
-    /// First parameter, or the mean asked for.
-    pub p: f64,
-    /// Second parameter, or the standard deviation asked for.
-    pub q: f64,
-    /// What is allowed.
-    pub allowed: &'static str,
+pub enum MarginalError {
+    /// p or q outside the family's range.
+    #[error("{}: p = {p} and q = {q} are not allowed; {allowed}", family.name())]
+    Parameters {
+        /// Family.
+        family: Family,
+        /// First parameter.
+        p: f64,
+        /// Second parameter.
+        q: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A mean and a standard deviation that no member of the family has.
+    #[error("{}: mean {mean} and standard deviation {sd} are not allowed; {allowed}", family.name())]
+    Moments {
+        /// Family.
+        family: Family,
+        /// Mean.
+        mean: f64,
+        /// Standard deviation.
+        sd: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
 }
 
 impl Marginal {
@@ -105,7 +120,7 @@ impl Marginal {
             Family::TruncGumbel => trunc_gumbel::allowed(p, q),
             Family::Weibull => weibull::allowed(p, q),
         };
-        allowed.map_err(|allowed| MarginalError { family, p, q, allowed })
+        allowed.map_err(|allowed| MarginalError::Parameters { family, p, q, allowed })
     }
 
     /// p and q from a mean and a standard deviation by Table 1's formulas.
@@ -116,7 +131,7 @@ impl Marginal {
     /// # Errors
     /// A mean or standard deviation that is not positive, or too large a ratio of the two.
     pub fn from_moments(family: Family, mean: f64, sd: f64) -> Result<Marginal, MarginalError> {
-        let refuse = |allowed| MarginalError { family, p: mean, q: sd, allowed };
+        let refuse = |allowed| MarginalError::Moments { family, mean, sd, allowed };
         if !(mean.is_finite() && mean > 0.0 && sd.is_finite() && sd > 0.0) {
             return Err(refuse("mean and standard deviation must be positive"));
         }
@@ -125,7 +140,7 @@ impl Marginal {
             Family::Lognormal => lognormal::from_moments(mean, sd),
             Family::TruncGumbel => trunc_gumbel::from_moments(mean, sd),
             Family::Weibull => weibull::from_moments(mean, sd)
-                .ok_or_else(|| refuse("the coefficient of variation must be in [1.3e-4, 100]"))?,
+                .ok_or_else(|| refuse("the coefficient of variation must be in [1.3e-4, 429]"))?,
         };
         Marginal::new(family, p, q)
     }

@@ -87,6 +87,18 @@ mod tests {
         }
     }
 
+    /// The density is the derivative of the distribution function: its integral between two quantiles is their
+    /// difference, to the quadrature's 1e-13 or so.
+    #[test]
+    fn density_integrates_to_probability() {
+        for (family, p, q) in CASES {
+            let marginal = Marginal::new(family, p, q).unwrap();
+            let (low, high) = (marginal.quantile(0.1), marginal.quantile(0.9));
+            let probability = crate::numeric::integrate(low, high, |x| marginal.density(x));
+            assert!((probability - 0.8).abs() < 1e-12, "{}: {probability}", family.name());
+        }
+    }
+
     /// Monotone up to rounding: two ulp of the value's scale.
     #[test]
     fn quantiles_are_finite_and_monotone_to_both_ends() {

@@ -93,7 +93,11 @@ impl Prepared {
     }
 
     /// The end of the gravity stage: computed, or kept from an earlier realisation.
-    fn gravity_state(&self, properties: &PointProperties, progress: &Progress) -> Result<State, Interruption> {
+    fn gravity_state(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
         if let Some(state) = self.gravity.get() {
             return Ok(state.clone());
         }
@@ -106,7 +110,11 @@ impl Prepared {
     }
 
     /// Elastic, drained, total weight, damped.
-    fn gravity_stage(&self, properties: &PointProperties, progress: &Progress) -> Result<State, Interruption> {
+    fn gravity_stage(
+        &self,
+        properties: &PointProperties,
+        progress: &Progress,
+    ) -> Result<State, Interruption> {
         let model = &self.spec.model;
         let positions: Vec<[f64; 2]> =
             self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
@@ -157,7 +165,7 @@ impl Prepared {
         let mut next_observation = 1;
         // The last stretch of the duration tells whether the material still moves.
         let stretch_start = analysis.duration_s - analysis.rest_hold_s;
-        let mut before_stretch: Option<(f64, State)> = None;
+        let mut before_stretch: Option<(f64, Vec<[f64; 2]>)> = None;
         if every_s.is_finite() {
             self.observe(0.0, start, body.state(), properties, observer);
         }
@@ -168,7 +176,7 @@ impl Prepared {
                 next_observation = (body.time_s() / every_s).floor() as u32 + 1;
             }
             if before_stretch.is_none() && body.time_s() >= stretch_start {
-                before_stretch = Some((body.time_s(), body.state()));
+                before_stretch = Some((body.time_s(), body.positions()));
             }
             if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
@@ -180,7 +188,7 @@ impl Prepared {
             self.observe(body.time_s(), start, state.clone(), properties, observer);
         }
         let moving = before_stretch.is_some_and(|(since, before)| {
-            net_velocity(&before, &state, body.time_s() - since) > analysis.rest_velocity_m_s
+            gimp::net_velocity(&before, &body.positions(), body.time_s() - since) > analysis.rest_velocity_m_s
         });
         Ok(Failure { end, simulated_s: body.time_s(), steps: body.steps(), moving, state })
     }
@@ -311,7 +319,14 @@ impl Prepared {
         self.record(index, kind, reason, Some(measures), simulated_s, steps, Some(&state))
     }
 
-    fn failed(&self, index: u64, reason: Reason, simulated_s: f64, steps: u64, state: Option<&State>) -> Outcome {
+    fn failed(
+        &self,
+        index: u64,
+        reason: Reason,
+        simulated_s: f64,
+        steps: u64,
+        state: Option<&State>,
+    ) -> Outcome {
         self.record(index, OutcomeKind::Failed, reason, None, simulated_s, steps, state)
     }
 
@@ -339,21 +354,6 @@ impl Prepared {
         record.digest = digest(&record, state);
         record
     }
-}
-
-/// Root mean square over the points of displacement over time between two states: what oscillates about a place
-/// does not count as moving.
-fn net_velocity(before: &State, after: &State, time_s: f64) -> f64 {
-    if time_s <= 0.0 || before.x.is_empty() {
-        return 0.0;
-    }
-    let square: f64 = (0..before.x.len())
-        .map(|i| {
-            let (dx, dy) = (after.x[i] - before.x[i], after.y[i] - before.y[i]);
-            dx * dx + dy * dy
-        })
-        .sum();
-    (square / before.x.len() as f64).sqrt() / time_s
 }
 
 /// First 32 hexadecimal digits of the BLAKE3 hash of the points' state, in point order, and the outcome's fields.

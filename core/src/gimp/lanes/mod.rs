@@ -26,12 +26,7 @@ impl V8 {
 /// Eight numbers in registers. Implementations other than [`Baseline`] may only be made inside functions compiled
 /// for the processor features they need.
 pub(super) trait Lanes:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// Eight truth values.
     type Mask: Copy;
@@ -73,7 +68,15 @@ mod tests {
         let mask = x.gt(y);
         let rows = S::transpose([x, y, x + y, x - y, x * y, x / y, x.mul_add(y, x), S::select(mask, -x, y)]);
         let mut out = Vec::new();
-        for r in rows.into_iter().chain([x.min(y), x.max(y), (x * x).sqrt(), y.floor(), S::splat(0.7), S::halves(0.1, 0.2), S::quarters(0.3, 0.4, 0.5)]) {
+        for r in rows.into_iter().chain([
+            x.min(y),
+            x.max(y),
+            (x * x).sqrt(),
+            y.floor(),
+            S::splat(0.7),
+            S::halves(0.1, 0.2),
+            S::quarters(0.3, 0.4, 0.5),
+        ]) {
             let mut v = V8::ZERO;
             r.store(&mut v);
             out.extend(v.0.map(f64::to_bits));

@@ -240,10 +240,7 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn gt(self, other: Self) -> Self::Mask {
         unsafe {
-            (
-                _mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0),
-                _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1),
-            )
+            (_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0), _mm256_cmp_pd::<_CMP_GT_OQ>(self.1, other.1))
         }
     }
 

@@ -151,11 +151,8 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, s: [S;
 
     let f13 = excess(strength, s[0], s[2]);
     let multiplier = f13 / a;
-    let plane = [
-        (-multiplier).mul_add(r1, s[0]),
-        (-multiplier).mul_add(r2, s[1]),
-        (-multiplier).mul_add(r3, s[2]),
-    ];
+    let plane =
+        [(-multiplier).mul_add(r1, s[0]), (-multiplier).mul_add(r2, s[1]), (-multiplier).mul_add(r3, s[2])];
     let beyond_right = plane[1].gt(plane[0]);
     let beyond_left = plane[2].gt(plane[1]);
     let off_plane = S::or(beyond_right, beyond_left);
@@ -166,11 +163,8 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, s: [S;
     let determinant = a.mul_add(a, -(b * b));
     let first_part = a.mul_add(f13, -(b * second)) / determinant;
     let second_part = a.mul_add(second, -(b * f13)) / determinant;
-    let q = [
-        S::select(beyond_right, r2, r1),
-        S::select(beyond_right, r1, r3),
-        S::select(beyond_right, r3, r2),
-    ];
+    let q =
+        [S::select(beyond_right, r2, r1), S::select(beyond_right, r1, r3), S::select(beyond_right, r3, r2)];
     let edge = [
         s[0] - first_part.mul_add(r1, second_part * q[0]),
         s[1] - first_part.mul_add(r2, second_part * q[1]),

@@ -186,7 +186,8 @@ fn enumerate(elastic: &Elastic, soil: &Soil, s: [f64; 3]) -> [f64; 3] {
         (m[a], m[b]) = (1.0 + elastic.sin_psi, -(1.0 - elastic.sin_psi));
         m.map(|c| lame * 2.0 * elastic.sin_psi + 2.0 * elastic.shear * c)
     };
-    let along = |(a, b): (usize, usize), r: &[f64; 3]| (1.0 + soil.sin_phi) * r[a] - (1.0 - soil.sin_phi) * r[b];
+    let along =
+        |(a, b): (usize, usize), r: &[f64; 3]| (1.0 + soil.sin_phi) * r[a] - (1.0 - soil.sin_phi) * r[b];
     for (k, &p) in planes.iter().enumerate() {
         let r = flow(p);
         let multiplier = soil.excess(s[p.0], s[p.1]) / along(p, &r);
@@ -217,8 +218,7 @@ fn enumerate(elastic: &Elastic, soil: &Soil, s: [f64; 3]) -> [f64; 3] {
 #[test]
 fn returns_agree_with_the_enumeration_of_all_planes() {
     let mut seen = [0_usize; 4];
-    for (phi, psi, cohesion) in [(25.0, 0.0, 10e3), (25.0, 10.0, 10e3), (30.0, 30.0, 5e3), (40.0, 0.0, 0.0)]
-    {
+    for (phi, psi, cohesion) in [(25.0, 0.0, 10e3), (25.0, 10.0, 10e3), (30.0, 30.0, 5e3), (40.0, 0.0, 0.0)] {
         let (elastic, soil) = (elastic(100e6, 0.35, psi), Soil::new(cohesion, phi, None));
         for k in 0..4000 {
             let number = |step: f64| ((f64::from(k) * step).fract() - 0.7) * 200e3;
@@ -229,7 +229,11 @@ fn returns_agree_with_the_enumeration_of_all_planes() {
                 assert!((found[i] - expected[i]).abs() < 1e-9 * 400e3, "{s:?}: {found:?}, not {expected:?}");
             }
             let distinct = |a: f64, b: f64| (a - b).abs() > 1e-6;
-            let kind = match [distinct(found[0], found[1]), distinct(found[1], found[2]), distinct(found[0], found[2])] {
+            let kind = match [
+                distinct(found[0], found[1]),
+                distinct(found[1], found[2]),
+                distinct(found[0], found[2]),
+            ] {
                 _ if plastic == 0.0 && expected == s => 0,
                 [true, true, true] => 1,
                 [false, false, false] => 3,
@@ -248,7 +252,8 @@ fn no_friction_is_tresca() {
     for s in [[100e3, 0.0, -50e3, 0.0], [300e3, 300e3, 0.0, 0.0], [-10e3, -10e3, -300e3, 40e3]] {
         let (t, _) = one(&elastic, &soil, s, [0.0; 3]);
         close(t[0] + t[1] + t[2] + 1e6, s[0] + s[1] + s[2] + 1e6, 1e-12);
-        let (centre, radius) = (0.5 * (t[0] + t[1]), (0.25 * (t[0] - t[1]) * (t[0] - t[1]) + t[3] * t[3]).sqrt());
+        let (centre, radius) =
+            (0.5 * (t[0] + t[1]), (0.25 * (t[0] - t[1]) * (t[0] - t[1]) + t[3] * t[3]).sqrt());
         let principal = [centre + radius, centre - radius, t[2]];
         let largest = principal.iter().copied().fold(f64::MIN, f64::max);
         let smallest = principal.iter().copied().fold(f64::MAX, f64::min);

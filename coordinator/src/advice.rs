@@ -1,0 +1,129 @@
+//! What `runout check` says about a campaign beyond that it is sound: warnings, and the choices that move the answer.
+//!
+//! The thresholds are rules of thumb, named here; they stop nothing.
+
+use runout_core::campaign::{
+    Campaign, Formulation, GroundSurface, InitialPorePressure, RunoutMeasure, StopRule, VolumetricStrain,
+};
+
+/// A field changes by about a standard deviation over a scale of fluctuation: fewer points than this across it see
+/// noise rather than a field.
+const FEWEST_POINTS_A_SCALE: f64 = 4.0;
+/// Slides of saturated soil ran up to about one and a half times their slope's height; the wall must not stop them.
+const ROOM_IN_HEIGHTS: f64 = 2.0;
+/// A slip surface needs room behind the crest: about a slope's height.
+const CREST_IN_HEIGHTS: f64 = 1.0;
+/// Fewer cells over the height than this smear a shear band over a large part of the slope.
+const FEWEST_CELLS_A_HEIGHT: f64 = 15.0;
+/// The paper's rule fires by chance without some patience: at a median of 67 samples for the mean's part alone.
+const LEAST_PATIENCE: u64 = 10;
+
+/// What may be wrong although it is allowed.
+pub fn warnings(campaign: &Campaign) -> Vec<String> {
+    let model = &campaign.model;
+    let mut warnings = Vec::new();
+    let spacing = model.mesh.point_spacing_m();
+    for (key, scale) in
+        [("horizontal", model.field.scale_horizontal_m), ("vertical", model.field.scale_vertical_m)]
+    {
+        if scale < FEWEST_POINTS_A_SCALE * spacing {
+            warnings.push(format!(
+                "field.scale_of_fluctuation_{key}_m = {scale} is only {:.1} point spacings: the points see noise, not a field",
+                scale / spacing
+            ));
+        }
+    }
+    let slope = &model.slope;
+    if slope.runout_plain_m < ROOM_IN_HEIGHTS * slope.height_m {
+        warnings.push(format!(
+            "slope.runout_plain_m = {} is less than {ROOM_IN_HEIGHTS} slope heights: long slides may reach the wall",
+            slope.runout_plain_m
+        ));
+    }
+    if slope.crest_width_m < CREST_IN_HEIGHTS * slope.height_m {
+        warnings.push(format!(
+            "slope.crest_width_m = {} is less than the slope's height: the rear wall may cut slip surfaces",
+            slope.crest_width_m
+        ));
+    }
+    let cells = slope.height_m / model.mesh.cell_size_m;
+    if cells < FEWEST_CELLS_A_HEIGHT {
+        warnings.push(format!(
+            "{cells:.0} cells over the slope's height: shear bands are smeared, and runout depends on the cell size"
+        ));
+    }
+    if let StopRule::Paper { patience, relative, .. } = campaign.stop.rule
+        && patience < LEAST_PATIENCE
+    {
+        let absolute =
+            if relative { "" } else { ", and an absolute tolerance ignores how far the slides run" };
+        warnings.push(format!(
+            "stop.patience = {patience}: the paper's rule can be met by chance{absolute}; the report gives intervals"
+        ));
+    }
+    if model.analysis.formulation == Formulation::TwoPhase {
+        if model.analysis.volumetric_strain == VolumetricStrain::Point {
+            warnings.push(
+                "analysis.volumetric_strain = \"point\": two-phase points lock, runout comes out short"
+                    .to_owned(),
+            );
+        }
+        if model.analysis.pressure_relaxation_rate_per_s == 0.0 {
+            warnings.push(
+                "analysis.pressure_relaxation_rate_per_s = 0: pore pressures of two-phase points oscillate and may blow up"
+                    .to_owned(),
+            );
+        }
+    }
+    warnings
+}
+
+/// The choices that are known to move runout by tens of percent or more, as made in this campaign.
+pub fn choices(campaign: &Campaign) -> Vec<String> {
+    let model = &campaign.model;
+    let analysis = &model.analysis;
+    let mut choices = vec![match analysis.formulation {
+        Formulation::OnePhase => "one phase: total unit weight, no pore pressure".to_owned(),
+        Formulation::TwoPhase => {
+            let start = match model.water.initial_pore_pressure {
+                InitialPorePressure::None => {
+                    "no pore pressure at the start, so that only excess pore pressure develops \
+                     (a water table at the ground surface multiplies runout)"
+                }
+                InitialPorePressure::Hydrostatic(_) => {
+                    "hydrostatic pore pressure below a water table at the start"
+                }
+            };
+            let surface = match model.water.ground_surface {
+                GroundSurface::Drained => "drained",
+                GroundSurface::Closed => "closed",
+            };
+            format!("two phases: {start}; the ground surface is {surface}")
+        }
+    }];
+    if analysis.volumetric_strain == VolumetricStrain::Point {
+        choices.push("each point's own volumetric strain: stiffer than the cell average".to_owned());
+    }
+    choices.push(format!(
+        "damping: local_damping = {}, pic_rate_per_s = {} (both shorten runout)",
+        analysis.local_damping, analysis.pic_rate_per_s
+    ));
+    choices.push(
+        match model.sample.measure {
+            RunoutMeasure::DisplacementQ999 => "runout is the 99.9 % quantile of displacement",
+            RunoutMeasure::MaxDisplacement => {
+                "runout is the largest displacement of any point: a single sprayed point can set it"
+            }
+            RunoutMeasure::ToeAdvance => {
+                "runout is the advance of the contiguous front, some metres less than displacement"
+            }
+        }
+        .to_owned(),
+    );
+    choices.push(format!(
+        "cell size {} m and {} points a cell: there is no softening length, so that bands are as wide as cells",
+        model.mesh.cell_size_m,
+        model.mesh.points_per_cell_side * model.mesh.points_per_cell_side
+    ));
+    choices
+}

@@ -1,0 +1,199 @@
+//! `runout check`: validates a campaign and prints what follows from it: size, time step, memory, time, warnings.
+
+use super::analysis::{kernel, prepare};
+use super::{Failure, print, print_json};
+use crate::advice;
+use crate::load;
+use crate::table::{list, significant};
+use clap::Args;
+use runout_core::field::effective::ScoreCorrelation;
+use runout_core::outcome::Outcome;
+use runout_core::realisation::{Prepared, Progress, Source};
+use runout_core::spec::Spec;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// `runout check CAMPAIGN [--json]`
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Campaign file
+    campaign: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// How long the probe runs in the failure stage, and at most in all.
+const PROBE: Duration = Duration::from_millis(700);
+const PROBE_LIMIT: Duration = Duration::from_secs(20);
+const LOOK: Duration = Duration::from_millis(5);
+
+/// The names of this document are a contract.
+#[derive(Debug, Serialize)]
+struct Document {
+    campaign: String,
+    spec_digest: String,
+    points: usize,
+    cells: usize,
+    point_spacing_m: f64,
+    kernel: &'static str,
+    effective_scales: Vec<Scale>,
+    time_step_s: Option<f64>,
+    steps_at_most: Option<u64>,
+    steps_per_s: f64,
+    seconds_per_realisation_at_most: Option<f64>,
+    peak_memory_mib: Option<f64>,
+    warnings: Vec<String>,
+    choices: Vec<String>,
+}
+
+/// Scales of fluctuation of a property's field after the copula, beside what was asked for.
+#[derive(Debug, Serialize)]
+struct Scale {
+    property: &'static str,
+    horizontal_m: f64,
+    vertical_m: f64,
+}
+
+pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
+    let loaded = load::load(&arguments.campaign)?;
+    let prepared = prepare(&loaded.spec)?;
+    let speed = probe(&prepared);
+    let model = &loaded.spec.model;
+    let steps_at_most = speed
+        .time_step_s
+        .map(|dt| ((model.analysis.duration_s + model.analysis.gravity_stage_s) / dt).ceil() as u64);
+    let [columns, rows] = prepared.grid().nodes.map(|n| n - 1);
+    let mut warnings = advice::warnings(&loaded.campaign);
+    if let Some(steps) = steps_at_most.filter(|steps| *steps > model.maximum_steps) {
+        warnings.push(format!(
+            "run.maximum_steps = {} is less than the {steps} steps that the whole duration takes: long slides would \
+             end as failed",
+            model.maximum_steps
+        ));
+    }
+    let document = Document {
+        campaign: loaded.campaign.name.clone(),
+        spec_digest: loaded.spec.digest(),
+        points: prepared.points(),
+        cells: columns * rows,
+        point_spacing_m: model.mesh.point_spacing_m(),
+        kernel: kernel()?.name(),
+        effective_scales: scales(&loaded.spec)?,
+        time_step_s: speed.time_step_s,
+        steps_at_most,
+        steps_per_s: speed.steps_per_s,
+        seconds_per_realisation_at_most: steps_at_most.map(|steps| steps as f64 / speed.steps_per_s),
+        peak_memory_mib: peak_memory_mib(),
+        warnings,
+        choices: advice::choices(&loaded.campaign),
+    };
+    if arguments.json {
+        print_json(&document)?;
+    } else {
+        print(&text(&arguments.campaign.display().to_string(), &document))?;
+    }
+    Ok(())
+}
+
+fn text(path: &str, document: &Document) -> String {
+    let mut rows = Vec::new();
+    let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    let or_dash = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 3));
+    row("spec digest", document.spec_digest.clone());
+    row("material points", document.points.to_string());
+    row("grid cells", document.cells.to_string());
+    row("point spacing, m", significant(document.point_spacing_m, 6));
+    for scale in &document.effective_scales {
+        let pair = format!("{} x {}", significant(scale.horizontal_m, 3), significant(scale.vertical_m, 3));
+        row(&format!("effective scale of fluctuation, {}, m", scale.property), pair);
+    }
+    row("kernel", document.kernel.to_owned());
+    row("time step, s", or_dash(document.time_step_s));
+    row(
+        "steps for the whole duration",
+        document.steps_at_most.map_or_else(|| "-".to_owned(), |s| s.to_string()),
+    );
+    row("steps per s, one core", significant(document.steps_per_s, 3));
+    row("seconds per realisation, at most", or_dash(document.seconds_per_realisation_at_most));
+    row("memory of one realisation, MiB", or_dash(document.peak_memory_mib));
+    let mut text = format!("{path}: sound\n\n{}", list(&rows));
+    for (title, lines) in
+        [("Warnings", &document.warnings), ("Choices that move the answer", &document.choices)]
+    {
+        if !lines.is_empty() {
+            text.push_str(&format!("\n{title}\n"));
+            lines.iter().for_each(|line| text.push_str(&format!("- {line}\n")));
+        }
+    }
+    text
+}
+
+fn scales(spec: &Spec) -> Result<Vec<Scale>, Failure> {
+    let field = &spec.model.field;
+    spec.random
+        .iter()
+        .enumerate()
+        .map(|(j, random)| {
+            let score = ScoreCorrelation::new(&spec.copula, j).map_err(|e| Failure::Input(e.to_string()))?;
+            Ok(Scale {
+                property: random.property.name(),
+                horizontal_m: score.effective_scale(field.autocorrelation, field.scale_horizontal_m),
+                vertical_m: score.effective_scale(field.autocorrelation, field.scale_vertical_m),
+            })
+        })
+        .collect()
+}
+
+/// What a short piece of realisation 0 tells of the whole.
+struct Speed {
+    /// Absent if the analysis failed before its failure stage.
+    time_step_s: Option<f64>,
+    steps_per_s: f64,
+}
+
+/// Runs realisation 0 through its gravity stage and some of its failure stage, then cancels it.
+fn probe(prepared: &Prepared) -> Speed {
+    let progress = Progress::default();
+    let done = AtomicBool::new(false);
+    let begun = Instant::now();
+    let (outcome, seen) = std::thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            // Steps and time when the failure stage was first seen.
+            let mut first: Option<(u64, f64, Instant)> = None;
+            while !done.load(Ordering::Relaxed) {
+                if first.is_none() && progress.simulated_s() > 0.0 {
+                    first = Some((progress.steps(), progress.simulated_s(), Instant::now()));
+                }
+                let enough = first.is_some_and(|(_, _, since)| since.elapsed() >= PROBE);
+                if enough || begun.elapsed() >= PROBE_LIMIT {
+                    progress.cancel();
+                }
+                std::thread::sleep(LOOK);
+            }
+            first
+        });
+        let outcome = prepared.analyse(Source::Index(0), f64::INFINITY, &mut |_| {}, &progress).ok();
+        done.store(true, Ordering::Relaxed);
+        (outcome, watcher.join().ok().flatten())
+    });
+    let steps_per_s = progress.steps() as f64 / begun.elapsed().as_secs_f64();
+    // A small slope may have come to rest before the watcher looked a second time.
+    let of_whole = |o: &Outcome| (o.steps > 0).then(|| o.simulated_s / o.steps as f64);
+    let of_piece = seen.and_then(|(steps, simulated_s, _)| {
+        let more = progress.steps().saturating_sub(steps);
+        (more > 0).then(|| (progress.simulated_s() - simulated_s) / more as f64)
+    });
+    Speed { time_step_s: outcome.as_ref().and_then(of_whole).or(of_piece), steps_per_s }
+}
+
+/// The largest memory that this process has had, which has just run a realisation; Linux only.
+fn peak_memory_mib() -> Option<f64> {
+    const KIB_PER_MIB: f64 = 1024.0;
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / KIB_PER_MIB)
+}

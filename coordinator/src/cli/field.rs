@@ -1,0 +1,87 @@
+//! `runout field`: the random fields of one realisation as a table, a ParaView file or a picture.
+
+use super::analysis::prepare;
+use super::{Failure, print};
+use crate::gallery::{edge_units, fields};
+use crate::load;
+use crate::picture;
+use crate::vtu::{PointArray, vtu};
+use clap::Args;
+use runout_core::points::Points;
+use runout_core::realisation::{PointProperties, Source};
+use runout_core::site::Property;
+use std::path::{Path, PathBuf};
+
+/// `runout field CAMPAIGN --index I --out FILE`
+#[derive(Debug, Args)]
+pub struct FieldArguments {
+    /// Campaign file
+    campaign: PathBuf,
+    /// Index of the realisation
+    #[arg(long, value_name = "I")]
+    index: u64,
+    /// File to write: .csv (x, y and the properties at every material point), .vtu (ParaView) or .png (picture)
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Csv,
+    Vtu,
+    Png,
+}
+
+pub(super) fn field(arguments: &FieldArguments) -> Result<(), Failure> {
+    let FieldArguments { campaign, index, out } = arguments;
+    let format = format(out)?;
+    let loaded = load::load(campaign)?;
+    let prepared = prepare(&loaded.spec)?;
+    let properties = prepared.properties(Source::Index(*index));
+    let points = prepared.layout();
+    let random = &loaded.campaign.random;
+    let bytes = match format {
+        Format::Csv => csv(points, random, &properties)?,
+        Format::Vtu => {
+            let array = |p: &Property| PointArray {
+                name: p.name(),
+                components: 1,
+                values: edge_units(*p, &properties),
+            };
+            let arrays: Vec<PointArray<'_>> = random.iter().map(array).collect();
+            vtu(&points.x, &points.y, &arrays)
+        }
+        Format::Png => {
+            let what = format!("{}, realisation {index}", loaded.campaign.name);
+            let picture = fields(&loaded.spec.model, random, &what, &points.x, &points.y, &properties);
+            picture::png(&picture).map_err(|e| Failure::Work(e.to_string()))?
+        }
+    };
+    std::fs::write(out, bytes).map_err(|e| Failure::work(out.display(), e))?;
+    print(&format!("wrote {} ({} points)\n", out.display(), points.len()))?;
+    Ok(())
+}
+
+fn format(out: &Path) -> Result<Format, Failure> {
+    match out.extension().and_then(|e| e.to_str()) {
+        Some("csv") => Ok(Format::Csv),
+        Some("vtu") => Ok(Format::Vtu),
+        Some("png") => Ok(Format::Png),
+        _ => {
+            Err(Failure::Input(format!("--out {}: its extension must be .csv, .vtu or .png", out.display())))
+        }
+    }
+}
+
+fn csv(points: &Points, random: &[Property], properties: &PointProperties) -> Result<Vec<u8>, Failure> {
+    let fault = |e: csv::Error| Failure::work("CSV", e);
+    let mut columns = vec![points.x.clone(), points.y.clone()];
+    columns.extend(random.iter().map(|p| edge_units(*p, properties)));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(["x_m", "y_m"].into_iter().chain(random.iter().map(|p| p.name()))).map_err(fault)?;
+    for i in 0..points.len() {
+        let row: Vec<f64> = columns.iter().map(|c| c[i]).collect();
+        writer.serialize(row).map_err(fault)?;
+    }
+    writer.into_inner().map_err(|e| Failure::work("CSV", e))
+}

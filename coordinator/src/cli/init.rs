@@ -1,0 +1,69 @@
+//! `runout init`: writes a commented example campaign and its data.
+
+use super::{Failure, print};
+use clap::{Args, ValueEnum};
+use include_dir::{Dir, include_dir};
+use std::path::PathBuf;
+
+static ELKHORN_RIVER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/elkhorn-river");
+static SALT_CREEK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/salt-creek");
+static QUICK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/quick");
+
+/// `runout init DIR [--example NAME]`
+#[derive(Debug, Args)]
+pub struct InitArguments {
+    /// Directory to write into; made if it is not there
+    dir: PathBuf,
+    /// Which example to write
+    #[arg(long, value_enum, default_value = "elkhorn-river")]
+    example: Example,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Example {
+    /// Cohesion and friction angle of 25 tests (two random properties)
+    ElkhornRiver,
+    /// Cohesion, friction angle and unit weight of 42 tests (three random properties)
+    SaltCreek,
+    /// The Elkhorn River data on a coarse slope: a campaign in about two minutes
+    Quick,
+}
+
+impl Example {
+    fn files(self) -> &'static Dir<'static> {
+        match self {
+            Example::ElkhornRiver => &ELKHORN_RIVER,
+            Example::SaltCreek => &SALT_CREEK,
+            Example::Quick => &QUICK,
+        }
+    }
+}
+
+pub(super) fn init(arguments: &InitArguments) -> Result<(), Failure> {
+    let dir = &arguments.dir;
+    let fault = |path: &std::path::Path, e: std::io::Error| Failure::work(path.display(), e);
+    let targets: Vec<(PathBuf, &[u8])> = arguments
+        .example
+        .files()
+        .files()
+        .map(|file| (dir.join(file.path().file_name().unwrap_or_default()), file.contents()))
+        .collect();
+    if let Some((present, _)) = targets.iter().find(|(path, _)| path.exists()) {
+        return Err(Failure::Input(format!(
+            "{} exists already, and init overwrites nothing; name another directory",
+            present.display()
+        )));
+    }
+    std::fs::create_dir_all(dir).map_err(|e| fault(dir, e))?;
+    let mut said = String::new();
+    for (path, contents) in &targets {
+        std::fs::write(path, contents).map_err(|e| fault(path, e))?;
+        said.push_str(&format!("wrote {}\n", path.display()));
+    }
+    said.push_str(&format!(
+        "next: runout check {0}, runout run {0} --out runs/first\n",
+        dir.join("campaign.toml").display()
+    ));
+    print(&said)?;
+    Ok(())
+}

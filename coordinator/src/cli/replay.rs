@@ -1,0 +1,70 @@
+//! `runout replay`: re-runs one stored realisation from its seed and compares the bits.
+
+use super::analysis::{prepare, watch};
+use super::{Failure, print, run_records::RunRecords};
+use crate::difference;
+use crate::gallery::Gallery;
+use clap::Args;
+use runout_core::outcome::{Outcome, Reason};
+use runout_core::realisation::Source;
+use std::path::PathBuf;
+
+/// `runout replay DIR INDEX [--out DIR2]`
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// Run directory
+    dir: PathBuf,
+    /// Index of the realisation
+    index: u64,
+    /// Write a ParaView series and pictures into this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Time between two moments of the series, s.
+const EVERY_S: f64 = 0.25;
+
+pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
+    let ReplayArguments { dir, index, out } = arguments;
+    let run = RunRecords::read(dir)?;
+    let record = run.view.records.iter().find(|r| r.outcome.index == *index).ok_or_else(|| {
+        Failure::Input(format!("{}: realisation {index} is not stored there", dir.display()))
+    })?;
+    if record.outcome.reason == Reason::Poison {
+        return Err(Failure::Input(format!(
+            "realisation {index} was given up after taking workers down: it has no result to compare with"
+        )));
+    }
+    let prepared = prepare(&run.view.spec)?;
+    let failed = |e: crate::gallery::GalleryError| Failure::Work(e.to_string());
+    let mut gallery = out.as_deref().map(Gallery::new).transpose().map_err(failed)?;
+    let every_s = if gallery.is_some() { EVERY_S } else { f64::INFINITY };
+    let watched = watch(&prepared, Source::Index(*index), every_s, &mut |snapshot| {
+        if let Some(gallery) = &mut gallery {
+            gallery.observe(snapshot);
+        }
+    })?;
+    let mut said = String::new();
+    if let Some(gallery) = gallery {
+        let what = format!("{}, realisation {index}", run.loaded.campaign.name);
+        let random = &run.loaded.campaign.random;
+        let files = gallery.finish(&run.view.spec.model, random, &what, &watched.outcome).map_err(failed)?;
+        files.iter().for_each(|file| said.push_str(&format!("wrote {}\n", file.display())));
+    }
+    print(&said)?;
+    compare(*index, &record.outcome, &watched.outcome)?;
+    print(&format!("realisation {index}: the same bits, digest {}\n", watched.outcome.digest))?;
+    Ok(())
+}
+
+fn compare(index: u64, stored: &Outcome, found: &Outcome) -> Result<(), Failure> {
+    if stored == found {
+        return Ok(());
+    }
+    let value = |outcome: &Outcome| serde_json::to_value(outcome).map_err(|e| Failure::work("JSON", e));
+    let lines = difference::lines(&value(stored)?, &value(found)?);
+    Err(Failure::Work(format!(
+        "realisation {index} is not the same (stored -> replayed): another build, or a machine that computes wrongly\n  {}",
+        lines.join("\n  ")
+    )))
+}

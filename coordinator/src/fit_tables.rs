@@ -1,0 +1,153 @@
+//! The tables of a fit, shared by `runout fit` and the report.
+
+use crate::table::{Table, number, optional, significant};
+use runout_core::campaign::Criterion;
+use runout_core::fit::{CopulaCandidate, CopulaFit, Dependence, Fit, MarginalFit};
+use runout_core::site::Property;
+
+/// Mean and standard deviation of the data and of the chosen distribution (the paper's Table 3).
+pub fn measured(properties: &[Property], fit: &Fit) -> Table {
+    let mut table = Table::new(["", "mean", "standard deviation", "mean of the choice", "sd of the choice"]);
+    for property in properties {
+        let marginal = &fit.marginals[property.name()];
+        let chosen = marginal.candidates.iter().find(|c| c.family == marginal.best.family);
+        table.row([
+            property.name().to_owned(),
+            optional(marginal.sample_mean),
+            optional(marginal.sample_sd),
+            optional(chosen.and_then(|c| c.mean)),
+            optional(chosen.and_then(|c| c.sd)),
+        ]);
+    }
+    table
+}
+
+/// Rank and linear correlations of every pair (the paper's Table 3).
+pub fn correlations(properties: &[Property], dependence: &Dependence) -> Table {
+    let mut table = Table::new(["", "Kendall tau_b", "Pearson r", "Spearman rho"]);
+    for (i, j) in pairs(properties.len()) {
+        table.row([
+            format!("{}, {}", properties[i].name(), properties[j].name()),
+            number(dependence.kendall_tau[i][j]),
+            number(dependence.pearson[i][j]),
+            number(dependence.spearman[i][j]),
+        ]);
+    }
+    table
+}
+
+/// The families fitted to one property (the paper's Tables 4 and 7); the first column marks the choice.
+pub fn marginals(fit: &MarginalFit, criterion: Criterion) -> Table {
+    let mut table =
+        Table::new(["", "family", "p", "q", "mean", "sd", "log-likelihood", "AIC", "BIC", "weight"]);
+    let values: Vec<Option<f64>> = fit.candidates.iter().map(|c| by(criterion, c.aic, c.bic)).collect();
+    let weights = weights(&values);
+    for (candidate, weight) in fit.candidates.iter().zip(weights) {
+        table.row([
+            star(candidate.family == fit.best.family),
+            candidate.family.name().to_owned(),
+            optional(candidate.p),
+            optional(candidate.q),
+            optional(candidate.mean),
+            optional(candidate.sd),
+            optional(candidate.log_likelihood),
+            optional(candidate.aic),
+            optional(candidate.bic),
+            weight,
+            candidate.note.clone().unwrap_or_default(),
+        ]);
+    }
+    if fit.candidates.is_empty() {
+        table.row(["*", fit.best.family.name(), &number(fit.best.p), &number(fit.best.q), "given"]);
+    }
+    table
+}
+
+/// The copulas fitted (the paper's Tables 5 and 8); the first column marks the choice.
+pub fn copulas(properties: &[Property], fit: &CopulaFit, criterion: Criterion) -> Table {
+    let matrix = properties.len() > 2;
+    let mut header = vec![String::new(), "family".to_owned()];
+    match matrix {
+        true => header.extend(
+            pairs(properties.len())
+                .map(|(i, j)| format!("{}-{}", short(properties[i]), short(properties[j]))),
+        ),
+        false => header.push("theta".to_owned()),
+    }
+    header.extend(
+        ["d.o.f.", "log-likelihood", "AIC", "BIC", "weight", "lower tail", "upper tail"].map(String::from),
+    );
+    let tested = fit.candidates.iter().any(|c| c.cramer_von_mises.is_some());
+    if tested {
+        header.extend(["S_n", "p-value"].map(String::from));
+    }
+    let mut table = Table::new(header);
+    let best = family_name(&fit.best);
+    let values: Vec<Option<f64>> = fit.candidates.iter().map(|c| by(criterion, c.aic, c.bic)).collect();
+    for (candidate, weight) in fit.candidates.iter().zip(weights(&values)) {
+        let mut row = vec![star(candidate.family.name() == best), candidate.family.name().to_owned()];
+        row.extend(parameters(candidate, properties.len(), matrix));
+        row.extend(
+            [candidate.degrees_of_freedom, candidate.log_likelihood, candidate.aic, candidate.bic]
+                .map(optional),
+        );
+        row.push(weight);
+        row.extend([candidate.tail_lower, candidate.tail_upper].map(optional));
+        if tested {
+            row.extend([candidate.cramer_von_mises, candidate.p_value].map(optional));
+        }
+        row.push(candidate.note.clone().unwrap_or_default());
+        table.row(row);
+    }
+    if fit.candidates.is_empty() {
+        table.row(["*".to_owned(), best]);
+    }
+    table
+}
+
+/// One cell per correlation for more than two properties, one cell for the parameter of two.
+fn parameters(candidate: &CopulaCandidate, dimension: usize, matrix: bool) -> Vec<String> {
+    let entry = |i: usize, j: usize| candidate.correlation.as_ref().map(|m| m[i][j]);
+    if matrix {
+        pairs(dimension).map(|(i, j)| optional(entry(i, j))).collect()
+    } else {
+        let off_diagonal = if dimension == 2 { entry(0, 1) } else { None };
+        vec![optional(candidate.theta.or(off_diagonal))]
+    }
+}
+
+fn family_name(copula: &runout_core::copula::Copula) -> String {
+    let value = serde_json::to_value(copula).unwrap_or_default();
+    value["family"].as_str().unwrap_or_default().to_owned()
+}
+
+fn short(property: Property) -> &'static str {
+    match property {
+        Property::Cohesion => "c",
+        Property::FrictionAngle => "phi",
+        Property::UnitWeight => "gamma",
+    }
+}
+
+fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..dimension).flat_map(move |i| (i + 1..dimension).map(move |j| (i, j)))
+}
+
+fn by(criterion: Criterion, aic: Option<f64>, bic: Option<f64>) -> Option<f64> {
+    match criterion {
+        Criterion::Aic => aic,
+        Criterion::Bic => bic,
+    }
+}
+
+fn star(chosen: bool) -> String {
+    if chosen { "*" } else { "" }.to_owned()
+}
+
+/// Akaike weights (Burnham and Anderson 2002, section 2.9) as cells; a dash where a family does not apply.
+fn weights(values: &[Option<f64>]) -> Vec<String> {
+    let least = values.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+    let support = |v: &Option<f64>| v.map(|v| (-0.5 * (v - least)).exp());
+    let sum: f64 = values.iter().filter_map(support).sum();
+    values.iter().map(|v| support(v).map_or_else(|| "-".to_owned(), |s| significant(s / sum, 3))).collect()
+}

@@ -1,0 +1,117 @@
+//! The page's second half: what went in, and how to get the same out again.
+
+use super::Material;
+use super::html::{escape, from_table, paragraph, table};
+use crate::fit_tables;
+use runout_core::campaign::Recipe;
+use std::fmt::Write as _;
+
+/// Site data and fits.
+pub(super) fn soil(material: &Material<'_>) -> String {
+    let (fit, properties) = (material.fit, &material.campaign.random);
+    let mut html = String::new();
+    let recipe = match fit.recipe {
+        Recipe::Paper => "the paper's recipe (moments, inversion of Kendall's tau, ordinal ranks)",
+        Recipe::Likelihood => "maximum likelihood (average ranks)",
+    };
+    match fit.tests {
+        Some(n) => html.push_str(&paragraph(format!(
+            "Fitted to {n} tests by {recipe}. With so few tests the fits are themselves uncertain, and families are near \
+             each other: the weight is each family's support by the criterion. That uncertainty is in none of the intervals above."
+        ))),
+        None => html.push_str(&paragraph("Nothing was measured: every distribution is given in the campaign file.")),
+    }
+    html.push_str(&from_table(&fit_tables::measured(properties, fit)));
+    if let Some(dependence) = fit.dependence.as_ref().filter(|_| properties.len() > 1) {
+        html.push_str(&from_table(&fit_tables::correlations(properties, dependence)));
+    }
+    for property in properties {
+        let marginal = &fit.marginals[property.name()];
+        let _ = writeln!(
+            html,
+            "<h3>Marginal distribution of {}, chosen by {}</h3>",
+            property.name(),
+            marginal.chosen_by
+        );
+        html.push_str(&from_table(&fit_tables::marginals(marginal, fit.criterion)));
+    }
+    let _ = writeln!(html, "<h3>Copula, chosen by {}</h3>", fit.copula.chosen_by);
+    html.push_str(&from_table(&fit_tables::copulas(properties, &fit.copula, fit.criterion)));
+    if let Some(site) = material.site {
+        let header: Vec<&str> =
+            std::iter::once("test").chain(site.properties.iter().map(|p| p.name())).collect();
+        let rows: Vec<(bool, Vec<String>)> = (0..site.tests())
+            .map(|i| {
+                let values = site.values.iter().map(|column| column[i].to_string());
+                (false, std::iter::once((i + 1).to_string()).chain(values).collect())
+            })
+            .collect();
+        let _ = writeln!(
+            html,
+            "<details><summary>The measured table</summary>{}</details>",
+            table(&header, &rows)
+        );
+    }
+    html
+}
+
+/// Every key of the campaign file: there are no others, because nothing that moves the answer has a default.
+pub(super) fn inputs(material: &Material<'_>) -> String {
+    let rows = match material.campaign_text.parse::<toml::Table>() {
+        Ok(file) => {
+            let mut rows = Vec::new();
+            flatten("", &toml::Value::Table(file), &mut rows);
+            rows
+        }
+        // The text was parsed when the campaign started; a run directory that was edited since may be anything.
+        Err(error) => vec![("campaign.toml".to_owned(), error.message().to_owned())],
+    };
+    let rows: Vec<(bool, Vec<String>)> = rows.into_iter().map(|(k, v)| (false, vec![k, v])).collect();
+    paragraph("As written in the campaign file. Nothing that moves the answer has a hidden default.")
+        + &table(&["key", "value"], &rows)
+}
+
+/// Identity of the campaign, versions, and the commands that give the same again.
+pub(super) fn provenance(material: &Material<'_>) -> String {
+    let rows = [
+        ("spec digest (BLAKE3)", material.spec.digest()),
+        ("spec format", material.spec.format.to_string()),
+        ("campaign seed", material.spec.seed.to_string()),
+        ("runout", env!("CARGO_PKG_VERSION").to_owned()),
+    ];
+    let rows: Vec<(bool, Vec<String>)> =
+        rows.into_iter().map(|(k, v)| (false, vec![k.to_owned(), v])).collect();
+    table(&["", ""], &rows)
+        + &paragraph(
+            "Every realisation follows from the spec and its index alone, bit for bit, on any machine and in any order. \
+             Run from this directory:",
+        )
+        + &format!(
+            "<pre>{}</pre>\n",
+            escape(
+                "runout run campaign.toml --out again   # the whole campaign once more\n\
+                 runout results again                   # the same table but for its last three columns\n\
+                 runout replay . 0 --out replay         # one realisation, compared bit for bit, with pictures",
+            )
+        )
+        + &paragraph(
+            "Method after Ma et al. 2024, <i>Multivariate copula-based framework for stochastic analysis of landslide \
+             runout distance</i> (\u{201c}the paper\u{201d} above).",
+        )
+}
+
+/// Dotted keys and values in the order of the file's sections.
+fn flatten(prefix: &str, value: &toml::Value, rows: &mut Vec<(String, String)>) {
+    match value {
+        toml::Value::Table(entries) => {
+            // Plain values first, so that a section's own keys stand before its subsections'.
+            let (sections, plain): (Vec<_>, Vec<_>) = entries.iter().partition(|(_, v)| v.is_table());
+            for (key, value) in plain.into_iter().chain(sections) {
+                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+                flatten(&path, value, rows);
+            }
+        }
+        toml::Value::String(text) => rows.push((prefix.to_owned(), text.clone())),
+        other => rows.push((prefix.to_owned(), other.to_string())),
+    }
+}

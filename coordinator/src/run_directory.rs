@@ -156,7 +156,7 @@ impl RunDirectory {
     }
 
     /// Takes the address back; a file that is not there is no error.
-    pub fn withdraw(&self) {
+    fn withdraw(&self) {
         // A stale address is recognised by its readers, so that a failure here does no harm.
         let _ = fs::remove_file(self.path.join(ADDRESS_FILE));
     }
@@ -164,6 +164,13 @@ impl RunDirectory {
     /// Where local workers spool.
     pub fn spool(&self) -> PathBuf {
         self.path.join("spool")
+    }
+}
+
+impl Drop for RunDirectory {
+    /// Nobody listens any more, however the coordinator ended.
+    fn drop(&mut self) {
+        self.withdraw();
     }
 }
 

@@ -3,6 +3,9 @@
 //! The realisations are synthetic (a set time, an outcome that follows from the index), so that the faults come at
 //! the moments they are wanted.
 
+use runout_proto::identity;
+use runout_proto::v1::RegisterRequest;
+use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
 use std::net::TcpListener;
 use std::path::Path;
@@ -167,4 +170,34 @@ fn what_must_not_start_does_not() {
     let mut status = cluster.runout(&["status", &url]);
     assert_eq!(status.exit_code(), 0, "{}", status.errors());
     assert!(status.output().contains("running"), "{}", status.output());
+}
+
+#[test]
+fn a_worker_of_another_build_or_machine_is_refused() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (_coordinator, url) = cluster.serve("out", &[]);
+    let sound = RegisterRequest {
+        protocol: identity::PROTOCOL,
+        build: identity::build(),
+        fingerprint: identity::fingerprint(),
+        name: "test".into(),
+        slots: 1,
+        held: vec![],
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut client = CoordinatorClient::connect(url).await.unwrap();
+        client.register(sound.clone()).await.unwrap();
+        let requests = [
+            (RegisterRequest { protocol: 999, ..sound.clone() }, "the worker's protocol is 999"),
+            (RegisterRequest { build: "0.0.1".into(), ..sound.clone() }, "the worker's build is 0.0.1"),
+            (RegisterRequest { fingerprint: "00".into(), ..sound.clone() }, "computes other bits"),
+            (RegisterRequest { slots: 0, ..sound.clone() }, "slots = 0 is not allowed"),
+            (RegisterRequest { name: "\u{7}".into(), ..sound }, "printable"),
+        ];
+        for (request, expected) in requests {
+            let status = client.register(request).await.unwrap_err();
+            assert!(status.message().contains(expected), "{}", status.message());
+        }
+    });
 }

@@ -103,7 +103,7 @@ impl RunDirectory {
     /// Another coordinator has it, it holds another campaign or something else, or the system refuses.
     pub fn open(path: &Path, contents: Contents<'_>) -> Result<RunDirectory, RunDirectoryError> {
         let file = |name: &str, error| RunDirectoryError::File { path: path.join(name), error };
-        fs::create_dir_all(path).map_err(|error| file("", error))?;
+        fs::create_dir_all(path).map_err(|error| RunDirectoryError::File { path: path.to_owned(), error })?;
         if !path.join(SPEC_FILE).exists() {
             refuse_unless_empty(path)?;
         }
@@ -151,8 +151,10 @@ impl RunDirectory {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn announce(&self, address: SocketAddr) -> io::Result<()> {
-        write_atomically(&self.path.join(ADDRESS_FILE), format!("http://{address}\n").as_bytes())
+    pub fn announce(&self, address: SocketAddr) -> Result<(), RunDirectoryError> {
+        let path = self.path.join(ADDRESS_FILE);
+        write_atomically(&path, format!("http://{address}\n").as_bytes())
+            .map_err(|error| RunDirectoryError::File { path, error })
     }
 
     /// Takes the address back; a file that is not there is no error.

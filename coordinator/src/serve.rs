@@ -264,8 +264,8 @@ async fn until_end(
     }
 }
 
-/// Counts interruptions (SIGINT, SIGTERM). After the second one the process ends by itself within
-/// [`HARD_DEADLINE`] at most; everything acknowledged is on the disk at any time.
+/// Counts interruptions (SIGINT, SIGTERM). The second one ends the process at once: everything
+/// acknowledged is on the disk at any time.
 ///
 /// # Errors
 /// The system refuses signal handlers.

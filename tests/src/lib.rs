@@ -167,7 +167,12 @@ impl Process {
 
     /// Sends it SIGTERM.
     pub fn terminate(&self) {
-        signal("-TERM", self.child.id());
+        self.signal("-TERM");
+    }
+
+    /// Sends it a signal (`-STOP`, `-CONT`).
+    pub fn signal(&self, name: &str) {
+        signal(name, self.child.id());
     }
 
     /// What it has printed.

@@ -113,6 +113,24 @@ fn a_worker_with_other_bits_is_found_by_the_audit_and_set_aside() {
 }
 
 #[test]
+fn a_worker_that_falls_silent_is_lost_and_welcome_back() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let slow = [("SYNTHETIC_MS", "40")];
+    let mut silent = cluster.worker(synthetic(), &url, &["--name", "silent"], &slow);
+    let mut other = cluster.worker(synthetic(), &url, &["--name", "other"], &slow);
+    wait_for("4 outcomes", || (recorded(&cluster.path("out")) >= 4).then_some(()));
+    silent.signal("-STOP");
+    wait_for("its loss", || coordinator.errors().contains("worker silent is lost").then_some(()));
+    silent.signal("-CONT");
+    wait_for("its return", || silent.errors().contains("registering again").then_some(()));
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(silent.exit_code(), 0, "{}", silent.errors());
+    assert_eq!(other.exit_code(), 0, "{}", other.errors());
+    assert_eq!(results(&cluster.path("out")), undisturbed(&to_the_maximum(), 2, 3));
+}
+
+#[test]
 fn sigterm_drains_coordinator_and_worker() {
     let cluster = Cluster::new(&to_the_maximum());
     let out = cluster.path("out");

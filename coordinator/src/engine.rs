@@ -104,6 +104,11 @@ impl Engine {
         self.estimator.decision() != Decision::Continue
     }
 
+    /// Whether workers are told to leave, or to take nothing new.
+    pub fn is_ending(&self) -> bool {
+        self.is_over() || self.queue.is_draining()
+    }
+
     /// See [`Queue::register`].
     pub fn register(&mut self, name: &str, slots: u32, held: &[Held], now: Duration) -> WorkerId {
         self.queue.register(name, slots, held, now)

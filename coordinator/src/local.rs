@@ -84,16 +84,19 @@ async fn keep_one(
         let what = match start(&program, &url, &spool, &name) {
             Err(error) => format!("cannot be started: {error}"),
             Ok(mut child) => {
+                // Waiting for a child closes its standard input, and that would tell it to leave.
+                let lifeline = child.stdin.take();
                 let ended = tokio::select! {
                     ended = child.wait() => Some(ended),
                     _ = stop.wait_for(|s| *s) => None,
                 };
                 match ended {
                     None => {
+                        drop(lifeline);
                         end(child).await;
                         return true;
                     }
-                    Some(Ok(status)) if status.success() => return true,
+                    Some(Ok(status)) if status.success() && is_ending(&shared) => return true,
                     Some(Ok(status)) => format!("ended with {status}"),
                     Some(Err(error)) => format!("cannot be waited for: {error}"),
                 }
@@ -125,9 +128,13 @@ fn start(program: &Path, url: &str, spool: &Path, name: &str) -> io::Result<Chil
         .spawn()
 }
 
-/// Lets a worker leave: the end of its standard input tells it to.
+/// Whether a worker has reason to leave in order.
+fn is_ending(shared: &Weak<Shared>) -> bool {
+    shared.upgrade().is_none_or(|shared| shared.engine().is_ending())
+}
+
+/// Waits for a worker that was told to leave, by the end of its standard input.
 async fn end(mut child: Child) {
-    drop(child.stdin.take());
     if timeout(LEAVE_LIMIT, child.wait()).await.is_err() {
         // It is gone already if this fails.
         let _ = child.kill().await;

@@ -103,7 +103,7 @@ impl RunDirectory {
     /// Another coordinator has it, it holds another campaign or something else, or the system refuses.
     pub fn open(path: &Path, contents: Contents<'_>) -> Result<RunDirectory, RunDirectoryError> {
         let file = |name: &str, error| RunDirectoryError::File { path: path.join(name), error };
-        fs::create_dir_all(path).map_err(|error| file("", error))?;
+        fs::create_dir_all(path).map_err(|error| RunDirectoryError::File { path: path.to_owned(), error })?;
         if !path.join(SPEC_FILE).exists() {
             refuse_unless_empty(path)?;
         }
@@ -151,12 +151,14 @@ impl RunDirectory {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn announce(&self, address: SocketAddr) -> io::Result<()> {
-        write_atomically(&self.path.join(ADDRESS_FILE), format!("http://{address}\n").as_bytes())
+    pub fn announce(&self, address: SocketAddr) -> Result<(), RunDirectoryError> {
+        let path = self.path.join(ADDRESS_FILE);
+        write_atomically(&path, format!("http://{address}\n").as_bytes())
+            .map_err(|error| RunDirectoryError::File { path, error })
     }
 
     /// Takes the address back; a file that is not there is no error.
-    pub fn withdraw(&self) {
+    fn withdraw(&self) {
         // A stale address is recognised by its readers, so that a failure here does no harm.
         let _ = fs::remove_file(self.path.join(ADDRESS_FILE));
     }
@@ -164,6 +166,13 @@ impl RunDirectory {
     /// Where local workers spool.
     pub fn spool(&self) -> PathBuf {
         self.path.join("spool")
+    }
+}
+
+impl Drop for RunDirectory {
+    /// Nobody listens any more, however the coordinator ended.
+    fn drop(&mut self) {
+        self.withdraw();
     }
 }
 

@@ -176,7 +176,6 @@ pub async fn serve(
     if timeout(HARD_DEADLINE, &mut server).await.is_err() {
         server.abort();
     }
-    directory.withdraw();
     progress.abort();
     let mut status = shared.status();
     drop(shared);
@@ -185,6 +184,8 @@ pub async fn serve(
     if timeout(HARD_DEADLINE, closed).await.is_err() {
         tracing::warn!("the store did not close in time; what was acknowledged is safe");
     }
+    // Only now may another coordinator take the directory.
+    drop(directory);
     status.state = ended?;
     Ok(status)
 }
@@ -263,8 +264,8 @@ async fn until_end(
     }
 }
 
-/// Counts interruptions (SIGINT, SIGTERM). After the second one the process ends by itself within
-/// [`HARD_DEADLINE`] at most; everything acknowledged is on the disk at any time.
+/// Counts interruptions (SIGINT, SIGTERM). The second one ends the process at once: everything
+/// acknowledged is on the disk at any time.
 ///
 /// # Errors
 /// The system refuses signal handlers.

@@ -154,10 +154,25 @@ impl Process {
         self.child.wait().expect("the process is ours");
     }
 
+    /// Process numbers of the processes it has started and that still run.
+    pub fn children(&self) -> Vec<u32> {
+        let id = self.child.id();
+        // Any of its threads may have started them.
+        let threads = fs::read_dir(format!("/proc/{id}/task")).into_iter().flatten().flatten();
+        threads
+            .filter_map(|thread| fs::read_to_string(thread.path().join("children")).ok())
+            .flat_map(|text| text.split_whitespace().filter_map(|n| n.parse().ok()).collect::<Vec<u32>>())
+            .collect()
+    }
+
     /// Sends it SIGTERM.
     pub fn terminate(&self) {
-        let sent = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
-        assert!(sent.expect("`kill` is there").success());
+        self.signal("-TERM");
+    }
+
+    /// Sends it a signal (`-STOP`, `-CONT`).
+    pub fn signal(&self, name: &str) {
+        signal(name, self.child.id());
     }
 
     /// What it has printed.
@@ -177,6 +192,15 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Sends a signal (`-TERM`, `-KILL`) to a process.
+///
+/// # Panics
+/// There is no such process.
+pub fn signal(name: &str, process: u32) {
+    let sent = Command::new("kill").args([name, &process.to_string()]).status();
+    assert!(sent.expect("`kill` is there").success());
 }
 
 /// The results in a run directory, one JSON line a realisation, without what depends on machine or luck.

@@ -3,6 +3,9 @@
 //! The realisations are synthetic (a set time, an outcome that follows from the index), so that the faults come at
 //! the moments they are wanted.
 
+use runout_proto::identity;
+use runout_proto::v1::RegisterRequest;
+use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
 use std::net::TcpListener;
 use std::path::Path;
@@ -110,6 +113,24 @@ fn a_worker_with_other_bits_is_found_by_the_audit_and_set_aside() {
 }
 
 #[test]
+fn a_worker_that_falls_silent_is_lost_and_welcome_back() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let slow = [("SYNTHETIC_MS", "40")];
+    let mut silent = cluster.worker(synthetic(), &url, &["--name", "silent"], &slow);
+    let mut other = cluster.worker(synthetic(), &url, &["--name", "other"], &slow);
+    wait_for("4 outcomes", || (recorded(&cluster.path("out")) >= 4).then_some(()));
+    silent.signal("-STOP");
+    wait_for("its loss", || coordinator.errors().contains("worker silent is lost").then_some(()));
+    silent.signal("-CONT");
+    wait_for("its return", || silent.errors().contains("registering again").then_some(()));
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(silent.exit_code(), 0, "{}", silent.errors());
+    assert_eq!(other.exit_code(), 0, "{}", other.errors());
+    assert_eq!(results(&cluster.path("out")), undisturbed(&to_the_maximum(), 2, 3));
+}
+
+#[test]
 fn sigterm_drains_coordinator_and_worker() {
     let cluster = Cluster::new(&to_the_maximum());
     let out = cluster.path("out");
@@ -167,4 +188,34 @@ fn what_must_not_start_does_not() {
     let mut status = cluster.runout(&["status", &url]);
     assert_eq!(status.exit_code(), 0, "{}", status.errors());
     assert!(status.output().contains("running"), "{}", status.output());
+}
+
+#[test]
+fn a_worker_of_another_build_or_machine_is_refused() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (_coordinator, url) = cluster.serve("out", &[]);
+    let sound = RegisterRequest {
+        protocol: identity::PROTOCOL,
+        build: identity::build(),
+        fingerprint: identity::fingerprint(),
+        name: "test".into(),
+        slots: 1,
+        held: vec![],
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut client = CoordinatorClient::connect(url).await.unwrap();
+        client.register(sound.clone()).await.unwrap();
+        let requests = [
+            (RegisterRequest { protocol: 999, ..sound.clone() }, "the worker's protocol is 999"),
+            (RegisterRequest { build: "0.0.1".into(), ..sound.clone() }, "the worker's build is 0.0.1"),
+            (RegisterRequest { fingerprint: "00".into(), ..sound.clone() }, "computes other bits"),
+            (RegisterRequest { slots: 0, ..sound.clone() }, "slots = 0 is not allowed"),
+            (RegisterRequest { name: "\u{7}".into(), ..sound }, "printable"),
+        ];
+        for (request, expected) in requests {
+            let status = client.register(request).await.unwrap_err();
+            assert!(status.message().contains(expected), "{}", status.message());
+        }
+    });
 }

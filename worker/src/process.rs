@@ -3,10 +3,11 @@
 use crate::options::Options;
 use crate::{Prepare, runner};
 use clap::Parser;
-use std::io::{self, Read};
+use std::io::{self, IsTerminal, Read};
 use std::process::ExitCode;
 use std::thread;
 use tokio::sync::watch;
+use tracing_subscriber::EnvFilter;
 
 /// Exit code after a second SIGTERM: 128 + 15, as shells count.
 const TERMINATED: i32 = 143;
@@ -14,10 +15,15 @@ const TERMINATED: i32 = 143;
 /// Parses the command line, works, and gives the exit code: 0 if the worker left in order, 1 if it could not work.
 pub fn main(prepare: Prepare) -> ExitCode {
     let options = Options::parse();
-    let filter = tracing_subscriber::EnvFilter::try_from_env("RUNOUT_LOG").unwrap_or_else(|_| {
-        tracing_subscriber::EnvFilter::new(if options.leave_with_parent { "warn" } else { "info" })
-    });
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
+    // Of a local worker only what is wrong matters: its coordinator shows the progress.
+    let usual = if options.leave_with_parent { "warn" } else { "warn,runout_worker=info" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .with_target(false)
+        .init();
     match work(&options, prepare) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -146,9 +146,11 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
     done.map(|()| DONE)
 }
 
-/// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set).
+/// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set). What goes wrong in sled is
+/// said by the store.
 pub fn start_logging() {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,runout=info"));
+    let filter =
+        EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,sled=off,runout=info"));
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     // A second call (in tests) changes nothing.
     let _ = tracing_subscriber::fmt()

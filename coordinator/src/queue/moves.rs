@@ -1,0 +1,189 @@
+//! How leases and indices move between the states of the queue.
+
+use super::{Event, Held, Lease, Queue, Recorded, Running, WorkerId};
+use rand::Rng;
+use runout_core::seed::{Purpose, stream};
+use std::time::Duration;
+
+impl Queue {
+    pub(super) fn record(&mut self, index: u64, digest: &str, worker: &str, poison: bool) {
+        let recorded = Recorded { digest: digest.to_owned(), worker: worker.to_owned(), poison };
+        self.open.remove(&index);
+        self.recorded.insert(index, recorded);
+        if !poison && self.is_audited(index) {
+            self.audits_due.insert(index);
+        }
+        while self.recorded.contains_key(&self.prefix) {
+            self.prefix += 1;
+        }
+    }
+
+    /// Whether the seed chooses this index for an audit.
+    pub(super) fn is_audited(&self, index: u64) -> bool {
+        // 53 random bits make a double in [0, 1).
+        let draw = stream(self.settings.seed, index, Purpose::Audit).next_u64() >> 11;
+        (draw as f64) < self.settings.audit_fraction * (1_u64 << 53) as f64
+    }
+
+    pub(super) fn audit_for(&self, worker: &str) -> Option<u64> {
+        let running = |index| self.leases.range(attempts_of(index)).next().is_some();
+        self.audits_due.iter().copied().find(|i| self.recorded[i].worker != worker && !running(*i))
+    }
+
+    pub(super) fn fresh(&mut self) -> Option<u64> {
+        let look_ahead = self.settings.look_ahead_per_slot.saturating_mul(self.workers.slots());
+        let limit = self.prefix.saturating_add(look_ahead).min(self.settings.maximum_realisations);
+        let index = self.next;
+        if index >= limit {
+            return None;
+        }
+        self.next += 1;
+        Some(index)
+    }
+
+    pub(super) fn straggler(&self, id: WorkerId, now: Duration) -> Option<u64> {
+        let limit = self.durations.percentile_95()?.mul_f64(self.settings.straggler_factor);
+        let late = self.leases.iter().find(|(lease, running)| {
+            !running.audit
+                && running.worker != id
+                && now.saturating_sub(running.since) > limit
+                && self.is_wanted(lease.index)
+                && self.leases.range(attempts_of(lease.index)).count() == 1
+        });
+        late.map(|(lease, _)| lease.index)
+    }
+
+    pub(super) fn give(&mut self, worker: WorkerId, index: u64, audit: bool, now: Duration) -> Lease {
+        let attempts = self.attempts.entry(index).or_default();
+        attempts.attempt += 1;
+        let lease = Lease { index, attempt: attempts.attempt };
+        let running = Running { worker, since: now, steps: 0, simulated_s: 0.0, moved_at: now, audit };
+        self.leases.insert(lease, running);
+        lease
+    }
+
+    /// Whether an outcome of this index is still to be recorded.
+    pub(super) fn is_wanted(&self, index: u64) -> bool {
+        !self.recorded.contains_key(&index) && !self.storing.contains(&index)
+    }
+
+    /// Opens an index again unless it is done or somebody else runs it.
+    pub(super) fn reopen(&mut self, index: u64) {
+        let leased = self.leases.range(attempts_of(index)).next().is_some();
+        if !self.finished && index < self.next && !leased && self.is_wanted(index) {
+            self.open.insert(index);
+        }
+    }
+
+    /// Notes the progress of a lease; false if the worker shall cancel it.
+    pub(super) fn progress(
+        &mut self,
+        id: WorkerId,
+        held: Held,
+        now: Duration,
+        events: &mut Vec<Event>,
+    ) -> bool {
+        let hang = self.hang_limit();
+        let Some(running) = self.leases.get_mut(&held.lease).filter(|r| r.worker == id) else {
+            return held.reporting || self.adopt(id, held, now);
+        };
+        if running.steps != held.steps || held.reporting {
+            running.moved_at = now;
+        }
+        (running.steps, running.simulated_s) = (held.steps, held.simulated_s);
+        if now.saturating_sub(running.moved_at) > hang {
+            self.lose(held.lease, events);
+            return false;
+        }
+        // A repeated straggler that the other worker has finished is of no more use; an audit is.
+        let audit = self.leases[&held.lease].audit;
+        if !audit && !held.reporting && !self.is_wanted(held.lease.index) {
+            self.leases.remove(&held.lease);
+            return false;
+        }
+        true
+    }
+
+    pub(super) fn hang_limit(&self) -> Duration {
+        let usual =
+            self.durations.percentile_95().unwrap_or_default().mul_f64(self.settings.straggler_factor);
+        usual.max(self.settings.shortest_hang)
+    }
+
+    /// A worker says it holds a lease that this session has not given it (the coordinator was restarted, or had
+    /// given the worker up): it may go on if nobody else has it. False if not.
+    pub(super) fn adopt(&mut self, id: WorkerId, held: Held, now: Duration) -> bool {
+        let Held { lease, steps, simulated_s, .. } = held;
+        if self.finished || !self.open.remove(&lease.index) {
+            return false;
+        }
+        let attempts = self.attempts.entry(lease.index).or_default();
+        attempts.attempt = attempts.attempt.max(lease.attempt);
+        let running = Running { worker: id, since: now, steps, simulated_s, moved_at: now, audit: false };
+        self.leases.insert(lease, running);
+        true
+    }
+
+    /// Takes back leases whose answer never reached the worker: it has sent two heartbeats without them.
+    pub(super) fn take_back_unknown_to_worker(&mut self, id: WorkerId, held: &[Held], now: Duration) {
+        let patience = self.settings.heartbeat * 2;
+        let unknown: Vec<Lease> = self
+            .leases
+            .iter()
+            .filter(|(lease, running)| {
+                running.worker == id
+                    && now.saturating_sub(running.since) > patience
+                    && !held.iter().any(|h| h.lease == **lease)
+            })
+            .map(|(lease, _)| *lease)
+            .collect();
+        for lease in unknown {
+            self.leases.remove(&lease);
+            self.reopen(lease.index);
+        }
+    }
+
+    pub(super) fn give_back_all(&mut self, id: WorkerId) {
+        let held: Vec<Lease> = self.leases_of(id);
+        for lease in held {
+            self.leases.remove(&lease);
+            self.reopen(lease.index);
+        }
+    }
+
+    pub(super) fn leases_of(&self, id: WorkerId) -> Vec<Lease> {
+        self.leases.iter().filter(|(_, running)| running.worker == id).map(|(lease, _)| *lease).collect()
+    }
+
+    pub(super) fn lose_worker(&mut self, id: WorkerId, events: &mut Vec<Event>) {
+        if let Some(worker) = self.workers.remove(id) {
+            events.push(Event::WorkerLost { name: worker.name });
+        }
+        for lease in self.leases_of(id) {
+            self.lose(lease, events);
+        }
+    }
+
+    /// An unexpected loss: counted against the index, which is given up as poison at the limit.
+    pub(super) fn lose(&mut self, lease: Lease, events: &mut Vec<Event>) {
+        self.leases.remove(&lease);
+        let index = lease.index;
+        if self.finished || !self.is_wanted(index) {
+            return;
+        }
+        let attempts = self.attempts.entry(index).or_default();
+        attempts.losses += 1;
+        let leased = self.leases.range(attempts_of(index)).next().is_some();
+        if attempts.losses >= self.settings.losses_to_poison && !leased {
+            self.storing.insert(index);
+            events.push(Event::Poisoned { index });
+        } else {
+            self.reopen(index);
+        }
+    }
+}
+
+/// All leases of an index.
+fn attempts_of(index: u64) -> std::ops::RangeInclusive<Lease> {
+    Lease { index, attempt: 0 }..=Lease { index, attempt: u32::MAX }
+}

@@ -129,7 +129,8 @@ fn short(property: Property) -> &'static str {
     }
 }
 
-fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+/// Every pair of places below `dimension`, in the order (0, 1), (0, 2), (1, 2).
+pub fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..dimension).flat_map(move |i| (i + 1..dimension).map(move |j| (i, j)))
 }
 

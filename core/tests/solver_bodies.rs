@@ -158,8 +158,7 @@ fn gravity_column() {
     let scale = density * g * height;
     let mut square = 0.0;
     for row in 0..cells {
-        let of_cell: Vec<usize> =
-            (0..start.y.len()).filter(|&i| (start.y[i] / h) as usize == row).collect();
+        let of_cell: Vec<usize> = (0..start.y.len()).filter(|&i| (start.y[i] / h) as usize == row).collect();
         let mean: f64 = of_cell.iter().map(|&i| state.stress_yy[i]).sum::<f64>() / of_cell.len() as f64;
         let exact = -density * g * (height - (row as f64 + 0.5) * h);
         assert!((mean - exact).abs() < 2e-3 * scale, "cell {row}: {mean} {exact}");
@@ -333,7 +332,8 @@ fn at(z: &[f64], values: &[f64], place: f64) -> f64 {
     let step = z[1] - z[0];
     let k = ((place / step).round() as usize).clamp(1, z.len() - 2);
     let s = (place - z[k]) / step;
-    values[k] + 0.5 * s * (values[k + 1] - values[k - 1])
+    values[k]
+        + 0.5 * s * (values[k + 1] - values[k - 1])
         + 0.5 * s * s * (values[k + 1] - 2.0 * values[k] + values[k - 1])
 }
 

@@ -168,7 +168,12 @@ fn an_outcome_depends_on_spec_and_index_only() {
     assert_ne!(forward[0].digest, forward[1].digest);
     let mut seen = 0;
     let watched = prepared
-        .analyse(Source::Index(1), 0.05, &mut |s| seen += usize::from(s.ux.len() == prepared.points()), &Progress::default())
+        .analyse(
+            Source::Index(1),
+            0.05,
+            &mut |s| seen += usize::from(s.ux.len() == prepared.points()),
+            &Progress::default(),
+        )
         .unwrap();
     assert_eq!(watched, forward[1]);
     assert!(seen >= 5, "{seen} snapshots of {} points", prepared.points());

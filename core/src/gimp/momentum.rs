@@ -84,7 +84,13 @@ pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, 
 }
 
 #[inline(always)]
-fn one_phase(sums: &[f64; 8], free: &[f64; 4], friction: Option<f64>, balance: &Balance, dt: f64) -> [f64; 8] {
+fn one_phase(
+    sums: &[f64; 8],
+    free: &[f64; 4],
+    friction: Option<f64>,
+    balance: &Balance,
+    dt: f64,
+) -> [f64; 8] {
     let inverse = 1.0 / sums[0];
     let mut rates = [0.0; 8];
     for axis in 0..2 {

@@ -62,7 +62,9 @@ pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> Cont
             return End::Stopped;
         }
         let time = body.time_s() - start;
-        if let Some(since_s) = watch.as_mut().and_then(|w| w.observe(time, report.kinetic_energy_j, || body.positions())) {
+        if let Some(since_s) =
+            watch.as_mut().and_then(|w| w.observe(time, report.kinetic_energy_j, || body.positions()))
+        {
             return End::AtRest { since_s };
         }
     }

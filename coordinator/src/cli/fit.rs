@@ -1,7 +1,7 @@
 //! `runout fit`: the fit as tables (the paper's Tables 3 to 5 for two properties, 7 and 8 for three) or JSON.
 
 use super::{Failure, print, print_json};
-use crate::fit_tables::{copulas, correlations, marginals, measured, pairs};
+use crate::fit_tables::{choice_in_words, copulas, correlations, marginals, measured, pairs};
 use crate::load;
 use crate::table::{list, significant};
 use clap::{Args, ValueEnum};
@@ -101,13 +101,13 @@ fn tables(name: &str, properties: &[Property], fit: &Fit) -> String {
         let marginal = &fit.marginals[property.name()];
         let _ = write!(
             text,
-            "\nMarginal distribution of {}, chosen by {}\n",
+            "\nMarginal distribution of {}, {}\n",
             property.name(),
-            marginal.chosen_by
+            choice_in_words(marginal.chosen_by)
         );
         text.push_str(&marginals(marginal, fit.criterion).render());
     }
-    let _ = write!(text, "\nCopula, chosen by {}\n", fit.copula.chosen_by);
+    let _ = write!(text, "\nCopula, {}\n", choice_in_words(fit.copula.chosen_by));
     text.push_str(&copulas(properties, &fit.copula, fit.criterion).render());
     text.push_str(
         "\n* is the choice. weight: support among the families by the criterion, exp(-difference / 2), normalised;\n\

@@ -129,7 +129,19 @@ fn short(property: Property) -> &'static str {
     }
 }
 
-fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
+/// Who chose a family, in words.
+pub fn choice_in_words(chosen_by: &str) -> &str {
+    match chosen_by {
+        "criterion" => "chosen by the criterion",
+        "forced" => "family as in the campaign file",
+        "given" => "given in the campaign file",
+        "only-one" => "the only one there is",
+        other => other,
+    }
+}
+
+/// Every pair of places below `dimension`, in the order (0, 1), (0, 2), (1, 2).
+pub fn pairs(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..dimension).flat_map(move |i| (i + 1..dimension).map(move |j| (i, j)))
 }
 

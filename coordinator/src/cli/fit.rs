@@ -1,11 +1,14 @@
 //! `runout fit`: the fit as tables (the paper's Tables 3 to 5 for two properties, 7 and 8 for three) or JSON.
 
 use super::{Failure, print, print_json};
-use crate::fit_tables::{copulas, correlations, marginals, measured};
+use crate::fit_tables::{choice_in_words, copulas, correlations, marginals, measured, pairs};
 use crate::load;
+use crate::table::{list, significant};
 use clap::{Args, ValueEnum};
 use runout_core::campaign::{Criterion, Recipe};
-use runout_core::fit::Fit;
+use runout_core::fit::{
+    Fit, GOODNESS_REPLICATES, Interval, UNCERTAINTY_REPLICATES, Uncertainty, goodness_of_fit, uncertainty,
+};
 use runout_core::site::Property;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -19,6 +22,9 @@ pub struct FitArguments {
     /// Fit by this recipe instead of the campaign file's
     #[arg(long, value_enum)]
     recipe: Option<RecipeName>,
+    /// Test the copulas' goodness of fit and give the fit's own uncertainty, by resampling (some seconds)
+    #[arg(long)]
+    goodness: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -38,6 +44,8 @@ struct Document<'a> {
     spec_digest: String,
     #[serde(flatten)]
     fit: &'a Fit,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<Uncertainty>,
 }
 
 pub(super) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
@@ -48,15 +56,27 @@ pub(super) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
         Some(RecipeName::Likelihood) => inputs.campaign.fit.recipe = Recipe::Likelihood,
         None => {}
     }
-    let loaded = load::fit_and_freeze(path, inputs)?;
+    let mut loaded = load::fit_and_freeze(path, inputs)?;
+    let mut sampling = None;
+    if let Some(site) = loaded.site.as_ref().filter(|_| arguments.goodness) {
+        let seed = loaded.campaign.seed;
+        let results = goodness_of_fit(&loaded.fit, site, GOODNESS_REPLICATES, seed);
+        loaded.fit.add_goodness_of_fit(&results);
+        sampling = Some(uncertainty(&loaded.fit, site, UNCERTAINTY_REPLICATES, seed));
+    }
     if arguments.json {
         print_json(&Document {
             campaign: &loaded.campaign.name,
             spec_digest: loaded.spec.digest(),
             fit: &loaded.fit,
+            uncertainty: sampling,
         })?;
     } else {
-        print(&tables(&loaded.campaign.name, &loaded.campaign.random, &loaded.fit))?;
+        let mut text = tables(&loaded.campaign.name, &loaded.campaign.random, &loaded.fit);
+        if let Some(sampling) = sampling {
+            text.push_str(&uncertainty_in_words(&loaded.campaign.random, &sampling));
+        }
+        print(&text)?;
     }
     Ok(())
 }
@@ -81,17 +101,36 @@ fn tables(name: &str, properties: &[Property], fit: &Fit) -> String {
         let marginal = &fit.marginals[property.name()];
         let _ = write!(
             text,
-            "\nMarginal distribution of {}, chosen by {}\n",
+            "\nMarginal distribution of {}, {}\n",
             property.name(),
-            marginal.chosen_by
+            choice_in_words(marginal.chosen_by)
         );
         text.push_str(&marginals(marginal, fit.criterion).render());
     }
-    let _ = write!(text, "\nCopula, chosen by {}\n", fit.copula.chosen_by);
+    let _ = write!(text, "\nCopula, {}\n", choice_in_words(fit.copula.chosen_by));
     text.push_str(&copulas(properties, &fit.copula, fit.criterion).render());
     text.push_str(
         "\n* is the choice. weight: support among the families by the criterion, exp(-difference / 2), normalised;\n\
          with few tests several families are near each other, and the choice is itself uncertain.\n",
     );
+    text
+}
+
+/// What resampling the tests says of the fit itself.
+fn uncertainty_in_words(properties: &[Property], uncertainty: &Uncertainty) -> String {
+    let mut text =
+        format!("\nUncertainty of the fit: 95 % intervals of {} resamples\n", uncertainty.replicates);
+    let show = |i: &Interval| format!("{} to {}", significant(i.lower, 4), significant(i.upper, 4));
+    let mut rows = Vec::new();
+    for (property, found) in &uncertainty.properties {
+        let error = significant(found.mean_standard_error, 3);
+        rows.push((format!("{property}, mean"), format!("{} (standard error {error})", show(&found.mean))));
+        rows.push((format!("{property}, standard deviation"), show(&found.sd)));
+    }
+    for ((i, j), tau) in pairs(properties.len()).zip(&uncertainty.kendall_tau) {
+        rows.push((format!("tau_b, {} and {}", properties[i].name(), properties[j].name()), show(tau)));
+    }
+    rows.extend(uncertainty.theta.iter().map(|theta| ("theta of the chosen copula".to_owned(), show(theta))));
+    text.push_str(&list(&rows));
     text
 }

@@ -18,7 +18,7 @@ p{margin:.5rem 0;max-width:48rem}
 .answer{background:var(--panel);border-left:4px solid var(--accent);padding:.9rem 1.2rem;margin:1rem 0}
 .answer p{margin:.35rem 0}
 .answer strong{font-size:1.15em}
-.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(7.4rem,1fr));gap:.75rem;margin:1.2rem 0}
+.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(8rem,1fr));gap:.75rem;margin:1.2rem 0}
 .numbers div{background:var(--panel);padding:.7rem .9rem}
 .numbers b{display:block;font-size:1.35rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span{color:var(--grey);font-size:.85rem}

@@ -29,13 +29,13 @@ pub(super) fn soil(material: &Material<'_>) -> String {
         let marginal = &fit.marginals[property.name()];
         let _ = writeln!(
             html,
-            "<h3>Marginal distribution of {}, chosen by {}</h3>",
+            "<h3>Marginal distribution of {}, {}</h3>",
             property.name(),
-            marginal.chosen_by
+            fit_tables::choice_in_words(marginal.chosen_by)
         );
         html.push_str(&from_table(&fit_tables::marginals(marginal, fit.criterion)));
     }
-    let _ = writeln!(html, "<h3>Copula, chosen by {}</h3>", fit.copula.chosen_by);
+    let _ = writeln!(html, "<h3>Copula, {}</h3>", fit_tables::choice_in_words(fit.copula.chosen_by));
     html.push_str(&from_table(&fit_tables::copulas(properties, &fit.copula, fit.criterion)));
     if let Some(site) = material.site {
         let header: Vec<&str> =

@@ -253,7 +253,8 @@ fn samples(analysis: &Analysis, figures: &[Figure]) -> String {
     pair(figures, ["histogram-likelihood", "histogram-moments"])
         + &table(&header, &rows)
         + &paragraph(
-            "p and q as in the paper's Table 1. The samples are those above the threshold; the families start at zero.",
+            "p and q as in the paper's Table 1. The samples are those above the threshold; the families start at zero. \
+             A family that is missing cannot be fitted to these samples by that method.",
         )
 }
 

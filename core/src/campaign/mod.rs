@@ -342,7 +342,8 @@ pub struct Analysis {
     pub stop_at_rest: bool,
     /// Rest, relative: kinetic energy below this share of its maximum.
     pub rest_kinetic_energy_share: f64,
-    /// Rest, absolute: root mean square velocity below this, m/s.
+    /// Rest, absolute: root mean square of the points' net velocity over several windows of `rest_hold_s` below
+    /// this, m/s (see [`crate::gimp::RestRule`]).
     pub rest_velocity_m_s: f64,
     /// How long a rule for rest must hold, s.
     pub rest_hold_s: f64,

@@ -167,6 +167,11 @@ impl Body {
         self.steps
     }
 
+    /// Mass of everything at the start, kg per m of width.
+    pub fn total_mass(&self) -> f64 {
+        self.setup.points.density.iter().zip(&self.setup.points.volume).map(|(d, v)| d * v).sum()
+    }
+
     /// Time step that the Courant number allows now, s.
     pub fn stable_step_s(&self) -> f64 {
         time_step(&self.setup.controls, self.setup.grid.cell_m, self.wave_m_s, self.fastest_m_s)

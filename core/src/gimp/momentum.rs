@@ -12,8 +12,10 @@
 use super::nodes::Nodes;
 use std::ops::Range;
 
-/// A node with less than this share of a cell's mass is left alone: its sums are round-off.
-const SMALLEST_MASS_SHARE: f64 = 1e-13;
+/// A node with less than this share of a cell's mass is left alone: its sums are round-off. Near the edge of a shape
+/// function S falls with the square of the distance and its gradient with the distance, so that the force left out is
+/// of the order of the square root of this share: 1e-13.
+const SMALLEST_MASS_SHARE: f64 = 1e-26;
 
 /// With a closed ground surface, a node with less than this share of its full volume is at the surface: half way
 /// between a flat surface (1/2) and the inside (1).

@@ -42,7 +42,7 @@ const LAST_STEP_SHARE: f64 = 1e-12;
 pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> ControlFlow<()>) -> End {
     let start = body.time_s();
     let first_step = body.steps();
-    let mut watch = limits.rest.map(|rule| RestWatch::new(rule, body.positions()));
+    let mut watch = limits.rest.map(|rule| RestWatch::new(rule, body.total_mass(), body.positions()));
     loop {
         let left = limits.duration_s - (body.time_s() - start);
         if left <= LAST_STEP_SHARE * limits.duration_s {

@@ -1,7 +1,7 @@
 //! Worker processes on this machine, for `runout run`.
 //!
 //! A worker holds the other end of its standard input: when this process dies, however it dies, the worker sees the
-//! end and leaves. A worker that crashes is replaced, within a bound.
+//! end and leaves. A worker that crashes is replaced, within a bound; one that cannot work for this campaign is not.
 
 use crate::service::Shared;
 use std::io;
@@ -15,8 +15,11 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-/// Crashes of one local worker after which it is not replaced any more.
-const MOST_CRASHES: u32 = 20;
+/// Crashes in a row, without an outcome between them, after which a local worker is not replaced any more. A
+/// realisation that takes workers down is given up after three.
+const MOST_CRASHES: u32 = 10;
+/// Exit code of a worker that cannot work for this campaign, now or later.
+const CANNOT_WORK: i32 = 2;
 /// Wait before a crashed worker is replaced, so that one that cannot start does not spin.
 const RESTART_DELAY: Duration = Duration::from_millis(500);
 /// Longest wait for a worker to leave once the coordinator is done; then it is killed.
@@ -31,9 +34,12 @@ pub enum LocalError {
     /// The system does not say where this program is.
     #[error("where `runout` itself is cannot be found out: {0}")]
     NoOwnPath(io::Error),
-    /// Every worker has crashed too often.
-    #[error("every local worker crashed {MOST_CRASHES} times; the last messages on stderr say why")]
-    AllCrashed,
+    /// Every worker has crashed too often, or cannot work for this campaign.
+    #[error(
+        "no local worker is left: they cannot work for this campaign, or crashed {MOST_CRASHES} times in a row; the \
+         messages above say why. What was acknowledged is kept: run the command again to continue"
+    )]
+    NoneLeft,
 }
 
 /// The worker program: `given`, or `runout-worker` beside this program.
@@ -52,7 +58,7 @@ pub fn worker_program(given: Option<&Path>) -> Result<PathBuf, LocalError> {
 /// what is left.
 ///
 /// # Errors
-/// All of them crashed too often.
+/// None is left but those that crashed too often or cannot work.
 pub async fn keep_running(
     program: PathBuf,
     url: String,
@@ -67,7 +73,17 @@ pub async fn keep_running(
         all.spawn(keep_one(program, url, spool, number, Weak::clone(&shared), stop.clone()));
     }
     let left_in_order = all.join_all().await;
-    if left_in_order.contains(&true) { Ok(()) } else { Err(LocalError::AllCrashed) }
+    if left_in_order.contains(&true) { Ok(()) } else { Err(LocalError::NoneLeft) }
+}
+
+/// How a worker process ended.
+enum End {
+    /// In order, or because it was stopped.
+    InOrder,
+    /// It said that it cannot work for this campaign.
+    CannotWork,
+    /// Some other way, in words.
+    Crash(String),
 }
 
 /// Returns whether the worker left in order.
@@ -79,41 +95,64 @@ async fn keep_one(
     shared: Weak<Shared>,
     mut stop: watch::Receiver<bool>,
 ) -> bool {
-    for crashes in 0..MOST_CRASHES {
-        let name = format!("local-{number}.{}", crashes + 1);
-        let what = match start(&program, &url, &spool, &name) {
-            Err(error) => format!("cannot be started: {error}"),
-            Ok(mut child) => {
-                // Waiting for a child closes its standard input, and that would tell it to leave.
-                let lifeline = child.stdin.take();
-                let ended = tokio::select! {
-                    ended = child.wait() => Some(ended),
-                    _ = stop.wait_for(|s| *s) => None,
-                };
-                match ended {
-                    None => {
-                        drop(lifeline);
-                        end(child).await;
-                        return true;
-                    }
-                    Some(Ok(status)) if status.success() && is_ending(&shared) => return true,
-                    Some(Ok(status)) => format!("ended with {status}"),
-                    Some(Err(error)) => format!("cannot be waited for: {error}"),
-                }
+    let mut crashes = 0;
+    for started in 1_u64.. {
+        let name = format!("local-{number}.{started}");
+        let what = match run_one(start(&program, &url, &spool, &name), &shared, &mut stop).await {
+            End::InOrder => return true,
+            End::CannotWork => {
+                tracing::error!("worker {name} cannot work for this campaign");
+                return false;
             }
+            End::Crash(what) => what,
         };
-        tracing::warn!("worker {name} {what}; it is replaced");
-        if let Some(shared) = shared.upgrade() {
-            let events = shared.engine().worker_died(&name);
-            shared.handle(events);
+        crashes = if bury(&shared, &name) { 1 } else { crashes + 1 };
+        if crashes >= MOST_CRASHES {
+            break;
         }
+        tracing::warn!("worker {name} {what}; it is replaced");
         tokio::select! {
             () = sleep(RESTART_DELAY) => {}
             _ = stop.wait_for(|s| *s) => return true,
         }
     }
-    tracing::error!("local worker {number} crashed {MOST_CRASHES} times and is not replaced any more");
+    tracing::error!("local worker {number} crashed {MOST_CRASHES} times in a row and is not replaced any more");
     false
+}
+
+async fn run_one(started: io::Result<Child>, shared: &Weak<Shared>, stop: &mut watch::Receiver<bool>) -> End {
+    let mut child = match started {
+        Ok(child) => child,
+        Err(error) => return End::Crash(format!("cannot be started: {error}")),
+    };
+    // Waiting for a child closes its standard input, and that would tell it to leave.
+    let lifeline = child.stdin.take();
+    let ended = tokio::select! {
+        ended = child.wait() => Some(ended),
+        _ = stop.wait_for(|s| *s) => None,
+    };
+    let Some(ended) = ended else {
+        drop(lifeline);
+        end(child).await;
+        return End::InOrder;
+    };
+    match ended {
+        Ok(status) if status.success() && is_ending(shared) => End::InOrder,
+        Ok(status) if status.code() == Some(CANNOT_WORK) => End::CannotWork,
+        Ok(status) => End::Crash(format!("ended with {status}")),
+        Err(error) => End::Crash(format!("cannot be waited for: {error}")),
+    }
+}
+
+/// Gives up a worker that is dead; returns whether it had delivered any outcome.
+fn bury(shared: &Weak<Shared>, name: &str) -> bool {
+    let Some(shared) = shared.upgrade() else { return false };
+    let mut engine = shared.engine();
+    let delivered = engine.queue().workers().any(|(_, worker)| worker.name == name && worker.done > 0);
+    let events = engine.worker_died(name);
+    drop(engine);
+    shared.handle(events);
+    delivered
 }
 
 fn start(program: &Path, url: &str, spool: &Path, name: &str) -> io::Result<Child> {

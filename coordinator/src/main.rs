@@ -11,7 +11,7 @@ fn main() -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
             // The alternate form tells the whole chain of causes.
-            eprintln!("error: {failure:#}");
+            cli::say(&format!("error: {failure:#}\n"));
             ExitCode::from(failure.exit_code())
         }
     }

@@ -14,6 +14,7 @@ use crate::store::{Store, StoreError};
 use crate::writer::Writer;
 use runout_core::estimate::Estimator;
 use runout_proto::MESSAGE_LIMIT_BYTES;
+use runout_proto::identity::{self, KernelError};
 use runout_proto::v1::coordinator_server::CoordinatorServer;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
@@ -40,12 +41,14 @@ const KEEP_ALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 const HARD_DEADLINE: Duration = Duration::from_secs(5);
 
 /// How to serve.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// Time between a worker's heartbeats.
     pub heartbeat: Duration,
     /// After an interruption: longest time that running realisations get to finish.
     pub grace: Duration,
+    /// Shortest time without a step after which a realisation counts as hung.
+    pub hang: Duration,
 }
 
 /// Why a coordinator cannot serve.
@@ -62,6 +65,9 @@ pub enum ServeError {
         "cannot store outcomes: {0}; nothing acknowledged is lost, repair this and run the command again"
     )]
     StoreFailed(String),
+    /// The kernel that the environment asks for cannot be used.
+    #[error(transparent)]
+    Kernel(#[from] KernelError),
     /// The address is open to other machines, and nothing protects it.
     #[error(
         "{0} can be reached from other machines and the connection is neither encrypted nor authenticated; \
@@ -88,7 +94,10 @@ impl ServeError {
     /// The exit code: 2 if what was asked for cannot be, 1 if it went wrong on the way.
     pub fn exit_code(&self) -> u8 {
         match self {
-            ServeError::RunDirectory(_) | ServeError::Insecure(_) | ServeError::Listen { .. } => 2,
+            ServeError::RunDirectory(_)
+            | ServeError::Kernel(_)
+            | ServeError::Insecure(_)
+            | ServeError::Listen { .. } => 2,
             _ => 1,
         }
     }
@@ -114,6 +123,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
         site_text: loaded.site_text.as_deref(),
         spec: &loaded.spec,
     };
+    let fingerprint = identity::fingerprint(identity::kernel()?);
     let directory = RunDirectory::open(out, contents)?;
     let (store, stored) = Store::open(directory.path())?;
     for note in &stored.notes {
@@ -123,6 +133,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     let mut settings =
         Settings::new(campaign.seed, campaign.run.audit_fraction, campaign.stop.maximum_realisations);
     settings.heartbeat = options.heartbeat;
+    settings.shortest_hang = options.hang;
     let estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
     // Two coordinator processes must not give out the same worker ids; any unpredictable number will do.
     let session = RandomState::new().hash_one(std::process::id()) as u32;
@@ -132,7 +143,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     }
     let (writer, store) = Writer::start(store)?;
     let spec_json = loaded.spec.to_json();
-    let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), engine, writer);
+    let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), fingerprint, engine, writer);
     Ok(Coordinator { directory, shared: Arc::new(shared), store })
 }
 

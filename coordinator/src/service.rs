@@ -28,6 +28,8 @@ pub struct Shared {
     /// Digest of its spec.
     pub digest: String,
     spec_json: String,
+    /// What this machine computes: see [`identity::fingerprint`].
+    fingerprint: String,
     engine: Mutex<Engine>,
     /// Woken whenever a waiting worker might get another answer, or the campaign may be over.
     changed: Notify,
@@ -41,6 +43,7 @@ impl Shared {
         campaign: Campaign,
         spec_json: String,
         digest: String,
+        fingerprint: String,
         engine: Engine,
         writer: Writer,
     ) -> Shared {
@@ -48,6 +51,7 @@ impl Shared {
             campaign,
             digest,
             spec_json,
+            fingerprint,
             engine: Mutex::new(engine),
             changed: Notify::new(),
             writer,
@@ -149,7 +153,7 @@ impl Coordinator for Service {
         request: Request<v1::RegisterRequest>,
     ) -> Result<Response<v1::RegisterReply>, tonic::Status> {
         let request = request.into_inner();
-        check_identity(&request)?;
+        check_identity(&request, &self.shared.fingerprint)?;
         let name = convert::worker_name(request.name).map_err(invalid)?;
         let slots = convert::slots(request.slots).map_err(invalid)?;
         let held = decode_leases(&request.held)?;
@@ -281,8 +285,8 @@ impl Coordinator for Service {
     }
 }
 
-fn check_identity(request: &v1::RegisterRequest) -> Result<(), tonic::Status> {
-    let expected = (identity::PROTOCOL, identity::build(), identity::fingerprint());
+fn check_identity(request: &v1::RegisterRequest, fingerprint: &str) -> Result<(), tonic::Status> {
+    let expected = (identity::PROTOCOL, identity::build(), fingerprint);
     let differs = |what: &str, here: &dyn std::fmt::Display, there: &dyn std::fmt::Display, advice: &str| {
         let there: String = there.to_string().chars().take(100).flat_map(char::escape_default).collect();
         Err(tonic::Status::failed_precondition(format!(
@@ -297,7 +301,7 @@ fn check_identity(request: &v1::RegisterRequest) -> Result<(), tonic::Status> {
     }
     if request.fingerprint != expected.2 {
         let advice = "this machine computes other bits, so its outcomes would not be reproducible";
-        return differs("floating-point fingerprint", &expected.2, &request.fingerprint, advice);
+        return differs("fingerprint", &expected.2, &request.fingerprint, advice);
     }
     Ok(())
 }

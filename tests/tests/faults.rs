@@ -197,7 +197,7 @@ fn a_worker_of_another_build_or_machine_is_refused() {
     let sound = RegisterRequest {
         protocol: identity::PROTOCOL,
         build: identity::build(),
-        fingerprint: identity::fingerprint(),
+        fingerprint: identity::fingerprint(identity::kernel().unwrap()),
         name: "test".into(),
         slots: 1,
         held: vec![],

@@ -68,6 +68,10 @@ pub struct Introduction {
     pub name: String,
     /// Slots.
     pub slots: u32,
+    /// Build identity; see [`identity::build`].
+    pub build: String,
+    /// What this machine computes; see [`identity::fingerprint`].
+    pub fingerprint: String,
 }
 
 /// A connection. Heartbeat and slots have one each, and share the registration.
@@ -115,8 +119,8 @@ impl Client {
     pub async fn register(&self, held: Vec<LeaseRef>) -> Result<Registration, ClientError> {
         let request = RegisterRequest {
             protocol: identity::PROTOCOL,
-            build: identity::build(),
-            fingerprint: identity::fingerprint(),
+            build: self.introduction.build.clone(),
+            fingerprint: self.introduction.fingerprint.clone(),
             name: self.introduction.name.clone(),
             slots: self.introduction.slots,
             held,

@@ -15,6 +15,7 @@ pub mod process;
 pub mod runner;
 pub mod spool;
 
+use runout_core::gimp::Kernel;
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Cancelled, Progress};
 use runout_core::spec::Spec;
@@ -24,4 +25,4 @@ pub type Realise = Box<dyn Fn(u64, &Progress) -> Result<Outcome, Cancelled> + Se
 
 /// Prepares a spec for realisations, or says why that cannot be. The program passes the analysis; tests of
 /// everything around it pass something quicker.
-pub type Prepare = fn(Spec) -> Result<Realise, String>;
+pub type Prepare = fn(Spec, Kernel) -> Result<Realise, String>;

@@ -1,9 +1,10 @@
 //! The worker as a process: signals, the parent's end, logging, exit codes.
 
 use crate::options::Options;
+use crate::runner::WorkerError;
 use crate::{Prepare, runner};
 use clap::Parser;
-use std::io::{self, IsTerminal, Read};
+use std::io::{self, IsTerminal, Read, Write};
 use std::process::ExitCode;
 use std::thread;
 use tokio::sync::watch;
@@ -12,8 +13,12 @@ use tracing_subscriber::EnvFilter;
 /// Exit code after a second SIGTERM: 128 + 15, as shells count.
 const TERMINATED: i32 = 143;
 
-/// Parses the command line, works, and gives the exit code: 0 if the worker left in order, 1 if it could not work.
-pub fn main(prepare: Prepare) -> ExitCode {
+/// Exit code of a worker that cannot work for this coordinator, now or later (another build, say).
+pub const CANNOT_WORK: u8 = 2;
+
+/// Parses the command line, works, and gives the exit code: 0 if the worker left in order, [`CANNOT_WORK`] if no
+/// other attempt would fare better, 1 if it went wrong. `build` is the identity to register with.
+pub fn main(prepare: Prepare, build: String) -> ExitCode {
     let options = Options::parse();
     // Of a local worker only what is wrong matters: its coordinator shows the progress.
     let usual = if options.leave_with_parent { "warn" } else { "warn,runout_worker=info" };
@@ -23,24 +28,27 @@ pub fn main(prepare: Prepare) -> ExitCode {
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .with_target(false)
+        // A reader of standard error that has gone away is no reason to panic.
+        .log_internal_errors(false)
         .init();
-    match work(&options, prepare) {
+    match work(&options, prepare, build) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("runout-worker: {error:#}");
-            ExitCode::FAILURE
+            // As above.
+            let _ = writeln!(io::stderr(), "runout-worker: {error}");
+            ExitCode::from(if error.is_final() { CANNOT_WORK } else { 1 })
         }
     }
 }
 
-fn work(options: &Options, prepare: Prepare) -> anyhow::Result<()> {
+fn work(options: &Options, prepare: Prepare, build: String) -> Result<(), WorkerError> {
     if options.leave_with_parent {
         thread::Builder::new().name("parent".to_owned()).spawn(leave_with_parent)?;
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
     let ended = runtime.block_on(async {
         let interrupts = interruptions()?;
-        Ok(runner::run(options, prepare, interrupts).await?)
+        runner::run(options, prepare, build, interrupts).await
     });
     // A computing thread that has not yet seen its cancellation is no reason to stay.
     runtime.shutdown_background();

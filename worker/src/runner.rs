@@ -9,6 +9,7 @@ use crate::{Prepare, Realise, heartbeat};
 use runout_core::outcome::Outcome;
 use runout_core::realisation::Cancelled;
 use runout_proto::convert::encode_outcome;
+use runout_proto::identity::{self, KernelError};
 use runout_proto::v1::report_reply::Verdict;
 use runout_proto::v1::{LeaseRef, ReleaseRequest, ReportRequest, lease_reply};
 use std::io;
@@ -31,6 +32,9 @@ pub enum WorkerError {
     /// No coordinator to work for.
     #[error(transparent)]
     Client(#[from] ClientError),
+    /// The kernel that the environment asks for cannot be used.
+    #[error(transparent)]
+    Kernel(#[from] KernelError),
     /// The campaign cannot be prepared.
     #[error("the campaign cannot be run: {0}")]
     Prepare(String),
@@ -55,16 +59,31 @@ struct Work {
     realise: Realise,
 }
 
+impl WorkerError {
+    /// Whether another attempt would fare no better, so that nobody need make one.
+    pub fn is_final(&self) -> bool {
+        match self {
+            WorkerError::Client(ClientError::GaveUp(..)) | WorkerError::Spool { .. } => false,
+            WorkerError::System(_) => false,
+            WorkerError::Client(_) | WorkerError::Prepare(_) | WorkerError::Kernel(_) => true,
+        }
+    }
+}
+
 /// Works until the campaign is over, or `interrupts` counts one: what runs then gets `options.grace` to finish.
+/// `build` is the identity to register with.
 ///
 /// # Errors
 /// The coordinator refuses the worker or stays away too long, or the system refuses something.
 pub async fn run(
     options: &Options,
     prepare: Prepare,
+    build: String,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<(), WorkerError> {
-    let introduction = Introduction { name: options.name(), slots: options.slots() };
+    let kernel = identity::kernel()?;
+    let fingerprint = identity::fingerprint(kernel);
+    let introduction = Introduction { name: options.name(), slots: options.slots(), build, fingerprint };
     let client = Client::new(&options.coordinator, introduction.clone(), options.give_up_after)?;
     let registration = tokio::select! {
         registration = client.register(Vec::new()) => registration?,
@@ -79,7 +98,7 @@ pub async fn run(
         options.give_up_after,
         Arc::clone(&board),
     )?;
-    let realise = prepare(spec).map_err(WorkerError::Prepare)?;
+    let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;
     let work = Arc::new(Work { client, board, spool, realise });

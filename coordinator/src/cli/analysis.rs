@@ -6,10 +6,9 @@ use runout_core::gimp::Kernel;
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Cancelled, Prepared, Progress, Snapshot, Source};
 use runout_core::spec::Spec;
+use runout_proto::identity;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-const KERNEL_VARIABLE: &str = "RUNOUT_KERNEL";
 
 /// How often the progress bar looks.
 const TICK: Duration = Duration::from_millis(50);
@@ -27,14 +26,7 @@ pub(super) struct Watched {
 
 /// The kernel that `RUNOUT_KERNEL` names, or the fastest.
 pub(super) fn kernel() -> Result<Kernel, Failure> {
-    let Some(name) = std::env::var_os(KERNEL_VARIABLE) else { return Ok(Kernel::best()) };
-    let name = name.to_string_lossy().into_owned();
-    let kernel = Kernel::from_name(&name).filter(|kernel| Kernel::available().contains(kernel));
-    kernel.ok_or_else(|| {
-        let here: Vec<&str> = Kernel::available().into_iter().map(Kernel::name).collect();
-        let here = here.join(", ");
-        Failure::Input(format!("{KERNEL_VARIABLE} = {name} cannot be used; this processor runs {here}"))
-    })
+    identity::kernel().map_err(|e| Failure::Input(e.to_string()))
 }
 
 /// The spec, laid out and ready.

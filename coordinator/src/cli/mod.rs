@@ -18,7 +18,6 @@ pub mod status;
 use crate::load::LoadError;
 use crate::local::LocalError;
 use crate::serve::ServeError;
-use crate::status::Status;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
@@ -158,6 +157,8 @@ pub fn start_logging() {
         .with_writer(io::stderr)
         .with_ansi(colour)
         .with_target(false)
+        // A reader of standard error that has gone away is no reason to panic.
+        .log_internal_errors(false)
         .try_init();
 }
 
@@ -171,6 +172,12 @@ pub fn print(text: &str) -> Result<(), Failure> {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::work("standard output", e)),
         _ => Ok(()),
     }
+}
+
+/// Says `text` to the user on standard error; that nobody can read it is no failure.
+pub fn say(text: &str) {
+    // There is no better place to complain.
+    let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Prints one JSON document to standard output.
@@ -188,16 +195,6 @@ pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
 /// The system refuses threads.
 pub fn runtime() -> Result<Runtime, ServeError> {
     Ok(tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?)
-}
-
-/// Prints the final status; returns the exit code.
-pub fn finish(status: &Status, json: bool) -> u8 {
-    if json {
-        println!("{}", serde_json::to_string_pretty(status).expect("a status is JSON"));
-    } else {
-        eprint!("{}", status.text());
-    }
-    status.state.exit_code()
 }
 
 /// A positive time from the command line, s.

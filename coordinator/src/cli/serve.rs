@@ -39,12 +39,16 @@ pub struct Tuning {
     /// When interrupted, time for running realisations to finish
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
     pub grace: Duration,
+    /// Time without a step after which a realisation counts as hung and is given to another worker; longer where
+    /// realisations usually take longer
+    #[arg(long, value_name = "SECONDS", default_value = "120", value_parser = seconds)]
+    pub hang: Duration,
 }
 
 impl Tuning {
     /// As the server takes them.
     pub fn options(&self) -> Options {
-        Options { heartbeat: self.heartbeat, grace: self.grace }
+        Options { heartbeat: self.heartbeat, grace: self.grace, hang: self.hang }
     }
 }
 

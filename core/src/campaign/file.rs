@@ -300,6 +300,8 @@ pub struct RunSection {
     pub maximum_steps: u64,
     /// `"exclude"` (count failed realisations and go on) or `"abort"`.
     pub on_failure: String,
-    /// Share of realisations re-run on another worker and compared bit for bit.
+    /// Share of realisations, chosen by the seed, that are run twice and compared bit for bit: on another worker, or
+    /// by the same one again where it is alone, which still finds faulty memory. What is due when the campaign ends
+    /// is run then, within a time limit; what is not run after all is counted.
     pub audit_fraction: f64,
 }

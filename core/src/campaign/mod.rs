@@ -456,7 +456,7 @@ pub enum OnFailure {
 pub struct Run {
     /// What a failed realisation does.
     pub on_failure: OnFailure,
-    /// Share of realisations re-run on another worker.
+    /// Share of realisations run twice and compared, on another worker if there is one.
     pub audit_fraction: f64,
 }
 

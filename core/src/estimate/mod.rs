@@ -235,6 +235,11 @@ impl Estimator {
         self.state.streak()
     }
 
+    /// What the stopping rule asks for besides the fewest realisations, and how far it is met.
+    pub fn requirements(&self) -> Vec<rule::Requirement> {
+        rule::requirements(&self.stop.rule, &self.moments, &self.hits, self.state.streak())
+    }
+
     /// Confidence level of the intervals: the stopping rule's, else [`REPORT_CONFIDENCE`].
     pub fn confidence(&self) -> f64 {
         match self.stop.rule {

@@ -13,6 +13,7 @@
 use super::interval;
 use super::moments::Moments;
 use crate::campaign::{ExceedanceTarget, StopRule};
+use serde::{Deserialize, Serialize};
 
 /// What a rule remembers between samples.
 #[derive(Debug, Clone, Default)]
@@ -75,6 +76,58 @@ pub(super) fn targets(rule: &StopRule) -> &[ExceedanceTarget] {
     match rule {
         StopRule::Paper { .. } => &[],
         StopRule::Interval { exceedance, .. } => exceedance,
+    }
+}
+
+/// One thing that a stopping rule asks for, and how far it is met.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Requirement {
+    /// What is asked for, in words.
+    pub what: String,
+    /// Where it stands; absent if too few samples tell.
+    pub now: Option<f64>,
+    /// Where it must be: `now` at most this, or at least for a streak.
+    pub target: f64,
+    /// Whether it is met.
+    pub met: bool,
+}
+
+/// Everything that `rule` asks for besides the fewest realisations, and how far it is met; `hits` are the samples
+/// beyond each exceedance target.
+pub(super) fn requirements(
+    rule: &StopRule,
+    moments: &Moments,
+    hits: &[u64],
+    streak: u64,
+) -> Vec<Requirement> {
+    let at_most = |what: String, now: Option<f64>, target: f64| Requirement {
+        what,
+        now,
+        target,
+        met: now.is_some_and(|now| now <= target),
+    };
+    match rule {
+        StopRule::Paper { patience, .. } => vec![Requirement {
+            what: "samples in a row that changed mean and variance little enough".to_owned(),
+            now: Some(streak as f64),
+            target: *patience as f64,
+            met: streak >= *patience,
+        }],
+        StopRule::Interval { confidence, mean_half_width: mean, sd_half_width: sd, exceedance } => {
+            let mean = mean.map(|most| {
+                at_most("half-width over mean".to_owned(), mean_half_width(moments, *confidence), most)
+            });
+            let sd = sd.map(|most| {
+                let now = sd_half_width(moments, *confidence);
+                at_most("half-width over standard deviation".to_owned(), now, most)
+            });
+            let exceedance = exceedance.iter().zip(hits).map(|(target, &hits)| {
+                let what = format!("half-width of the exceedance of {} m", target.distance_m);
+                let now = exceedance_half_width(hits, moments.count(), *confidence);
+                at_most(what, now, target.half_width)
+            });
+            mean.into_iter().chain(sd).chain(exceedance).collect()
+        }
     }
 }
 

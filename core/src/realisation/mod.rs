@@ -6,11 +6,13 @@
 //! the realisation's strengths apply, and displacements count from here.
 
 mod analysis;
+mod probe;
 mod progress;
 mod properties;
 mod record;
 
 pub use analysis::{Snapshot, Source};
+pub use probe::probe;
 pub use progress::{Cancelled, Progress};
 pub use properties::PointProperties;
 

@@ -1,30 +1,38 @@
 //! A worker whose realisations take a set time and follow from (seed, index) alone: for tests of everything around
 //! the analysis. Faults are asked for by environment variables.
 
+use runout_core::gimp::Kernel;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{Cancelled, Progress};
 use runout_core::spec::Spec;
+use runout_proto::identity;
 use runout_worker::{Realise, process};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 fn main() -> ExitCode {
-    process::main(prepare)
+    process::main(prepare, std::env::var("SYNTHETIC_BUILD").unwrap_or_else(|_| identity::build()))
 }
 
-fn prepare(spec: Spec) -> Result<Realise, String> {
+fn prepare(spec: Spec, _: Kernel) -> Result<Realise, String> {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let time = Duration::from_millis(number("SYNTHETIC_MS").unwrap_or(5));
     let panics_at = number("SYNTHETIC_PANICS_AT");
     let aborts_at = number("SYNTHETIC_ABORTS_AT");
+    let fails_at = number("SYNTHETIC_FAILS_AT");
+    let hangs_at = number("SYNTHETIC_HANGS_AT");
+    let hung = AtomicBool::new(false);
     let other_bits = number("SYNTHETIC_OTHER_BITS").is_some();
     Ok(Box::new(move |index, progress| {
         assert_ne!(Some(index), panics_at, "asked to panic");
         if Some(index) == aborts_at {
             std::process::abort();
         }
-        take(time, progress)?;
-        Ok(outcome(spec.seed, index, other_bits))
+        // Once a process, so that what was cancelled can be run again.
+        let hangs = Some(index) == hangs_at && !hung.swap(true, Ordering::Relaxed);
+        take(if hangs { Duration::MAX } else { time }, progress)?;
+        Ok(if Some(index) == fails_at { failed(index) } else { outcome(spec.seed, index, other_bits) })
     }))
 }
 
@@ -63,5 +71,15 @@ fn outcome(seed: u64, index: u64, other_bits: bool) -> Outcome {
         steps: index * 10,
         points: 100,
         digest,
+    }
+}
+
+/// An analysis that blew up.
+fn failed(index: u64) -> Outcome {
+    Outcome {
+        outcome: OutcomeKind::Failed,
+        reason: Reason::NonFinite,
+        measures: None,
+        ..outcome(0, index, false)
     }
 }

@@ -5,7 +5,7 @@
 //! Outcomes beyond the stopping index are kept in the store but are no part of the results.
 
 use crate::queue::{
-    Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
+    Done, Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
 };
 use crate::store::Contents;
 use crate::store::log::{Entry, Record};
@@ -63,8 +63,7 @@ impl Engine {
             let outcome = &record.outcome;
             let audited = contents.audited.contains(index)
                 || contents.conflicts.iter().any(|c| c.outcome.index == *index);
-            let poison = outcome.reason == Reason::Poison;
-            engine.queue.restore_recorded(*index, &outcome.digest, &record.worker, poison, audited);
+            engine.queue.restore_recorded(done(record), audited);
             engine.waiting.insert(*index, outcome.clone());
         }
         for (index, attempts) in &contents.attempts {
@@ -160,6 +159,11 @@ impl Engine {
         self.queue.tick(now)
     }
 
+    /// See [`Queue::close`].
+    pub fn close(&mut self) {
+        self.queue.close();
+    }
+
     /// See [`Queue::drain`].
     pub fn drain(&mut self) {
         self.queue.drain();
@@ -206,10 +210,8 @@ impl Engine {
             Entry::Conflict(_) => self.conflicts += 1,
             Entry::Audit { .. } => self.audits_agreed += 1,
             Entry::Outcome(record) => {
-                let Record { outcome, worker, wall_s, .. } = record;
-                let poison = outcome.reason == Reason::Poison;
-                self.queue.stored(outcome.index, &outcome.digest, worker, *wall_s, poison);
-                self.waiting.insert(outcome.index, outcome.clone());
+                self.queue.stored(done(record));
+                self.waiting.insert(record.outcome.index, record.outcome.clone());
                 self.fold();
             }
         }
@@ -222,8 +224,21 @@ impl Engine {
             self.estimator.push(&outcome).expect("the outcome is the next one");
         }
         if self.is_over() {
-            self.queue.finish();
+            self.queue.finish(self.estimator.realisations());
         }
+    }
+}
+
+/// A record as the queue sees it.
+fn done(record: &Record) -> Done<'_> {
+    let Record { outcome, attempt, worker, wall_s } = record;
+    Done {
+        index: outcome.index,
+        digest: &outcome.digest,
+        worker,
+        attempt: *attempt,
+        wall_s: *wall_s,
+        poison: outcome.reason == Reason::Poison,
     }
 }
 

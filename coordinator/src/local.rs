@@ -116,7 +116,9 @@ async fn keep_one(
             _ = stop.wait_for(|s| *s) => return true,
         }
     }
-    tracing::error!("local worker {number} crashed {MOST_CRASHES} times in a row and is not replaced any more");
+    tracing::error!(
+        "local worker {number} crashed {MOST_CRASHES} times in a row and is not replaced any more"
+    );
     false
 }
 

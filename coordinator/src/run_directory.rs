@@ -9,6 +9,7 @@ use crate::store::log::{self, Record};
 use crate::store::{self, LOG_FILE, write_atomically};
 use runout_core::spec::{Spec, SpecError};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::net::SocketAddr;
@@ -189,6 +190,8 @@ pub struct RunView {
     pub records: Vec<Record>,
     /// Later outcomes that contradict a recorded one.
     pub conflicts: Vec<Record>,
+    /// Indices that were run twice with equal results.
+    pub audited: BTreeSet<u64>,
     /// What is damaged, in words.
     pub damage: Vec<String>,
     /// Where the coordinator listens, or listened when it was killed.
@@ -217,6 +220,7 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
         site_text: path.join(SITE_FILE).exists().then(|| text(SITE_FILE)).transpose()?,
         records: contents.records.into_values().collect(),
         conflicts: contents.conflicts,
+        audited: contents.audited,
         damage: log.damage,
         address: fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned()),
     })

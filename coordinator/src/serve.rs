@@ -232,6 +232,7 @@ async fn until_end(
     let mut failure = shared.writer().failure();
     let mut tick = tokio::time::interval(options.heartbeat / 4);
     let mut drained_by: Option<Instant> = None;
+    let mut audited_by: Option<Instant> = None;
     let mut told_by: Option<Instant> = None;
     loop {
         let changed = shared.changed().notified();
@@ -250,27 +251,56 @@ async fn until_end(
             return Err(ServeError::StoreFailed(message));
         }
         let now = Instant::now();
-        let (over, idle, told, lost_after) = {
-            let engine = shared.engine();
-            let queue = engine.queue();
-            let idle = queue.leases().next().is_none();
-            (engine.is_over(), idle, queue.everyone_told(), queue.settings().lost_after())
-        };
-        if over {
-            let told_by = *told_by.get_or_insert(now + lost_after);
-            if told || now >= told_by || *interrupts.borrow() > 0 {
+        let interrupts = *interrupts.borrow();
+        let look = Look::at(shared);
+        if look.over {
+            if let Some(limit) = look.audit_limit
+                && now < *audited_by.get_or_insert(now + limit)
+                && interrupts == 0
+            {
+                continue;
+            }
+            let told_by = *told_by.get_or_insert_with(|| {
+                shared.engine().close();
+                shared.changed().notify_waiters();
+                now + look.lost_after
+            });
+            if look.told || now >= told_by || interrupts > 0 {
                 return Ok(shared.status().state);
             }
-        } else if *interrupts.borrow() > 0 {
+        } else if interrupts > 0 {
             let by = *drained_by.get_or_insert_with(|| {
                 tracing::info!("interrupted: waiting up to {:?} for running realisations", options.grace);
                 shared.engine().drain();
                 shared.changed().notify_waiters();
                 now + options.grace
             });
-            if idle || now >= by || *interrupts.borrow() > 1 {
+            if look.idle || now >= by || interrupts > 1 {
                 return Ok(State::Interrupted);
             }
+        }
+    }
+}
+
+/// What decides whether to go on serving.
+struct Look {
+    over: bool,
+    idle: bool,
+    told: bool,
+    audit_limit: Option<Duration>,
+    lost_after: Duration,
+}
+
+impl Look {
+    fn at(shared: &Shared) -> Look {
+        let engine = shared.engine();
+        let queue = engine.queue();
+        Look {
+            over: engine.is_over(),
+            idle: queue.leases().next().is_none(),
+            told: queue.everyone_told(),
+            audit_limit: queue.audit_limit(),
+            lost_after: queue.settings().lost_after(),
         }
     }
 }

@@ -89,6 +89,9 @@ impl Shared {
         for event in events {
             match event {
                 Event::WorkerLost { name } => tracing::warn!("worker {name} is lost"),
+                Event::Hung { index } => {
+                    tracing::warn!("realisation {index} takes no more steps: its worker is told to end it");
+                }
                 Event::Poisoned { index } => {
                     tracing::error!("realisation {index} took several workers down: recorded as poison");
                     let shared = Arc::clone(self);

@@ -42,11 +42,15 @@ pub fn programs() -> &'static Path {
         // A test runs as target/<profile>/deps/<test>.
         let test = std::env::current_exe().expect("a test knows its path");
         let folder = test.ancestors().nth(2).expect("a test lies in target/<profile>/deps").to_owned();
+        let profile = folder.file_name().and_then(|name| name.to_str()).expect("a profile's folder");
+        let profile = if profile == "debug" { "dev" } else { profile };
+        let target = folder.parent().expect("a profile's folder lies in the target folder");
+        // The same profile and folder as this test's, so that what is built already is not built again. Cargo holds no
+        // lock while tests run.
         let mut build = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned()));
-        build.args(["build", "--workspace", "--bins", "--quiet"]);
-        if folder.ends_with("release") {
-            build.arg("--release");
-        }
+        build
+            .args(["build", "--workspace", "--bins", "--quiet", "--profile", profile, "--target-dir"])
+            .arg(target);
         let built = build.current_dir(env!("CARGO_MANIFEST_DIR")).status().expect("cargo runs");
         assert!(built.success(), "the programs cannot be built");
         folder
@@ -77,13 +81,33 @@ impl Cluster {
 
     /// `runout` with these arguments, its output in files.
     pub fn runout(&self, arguments: &[&str]) -> Process {
-        self.start(&programs().join("runout"), arguments, &[])
+        self.runout_with(arguments, &[])
+    }
+
+    /// As [`Cluster::runout`], with these environment variables.
+    pub fn runout_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Process {
+        self.start(&programs().join("runout"), arguments, variables)
+    }
+
+    /// `runout` with these arguments, where no file may grow beyond `limit_kib`: a full disk for what it writes.
+    pub fn runout_limited(&self, arguments: &[&str], limit_kib: u64, variables: &[(&str, &str)]) -> Process {
+        // The limit counts blocks of 512 bytes; beyond it a write fails, since the signal is ignored.
+        let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", 2 * limit_kib);
+        let program = programs().join("runout");
+        let program = program.to_str().expect("a path in UTF-8");
+        self.start(Path::new("/bin/sh"), &[&["-c", &script, program], arguments].concat(), variables)
+    }
+
+    /// A line of shell, with the programs in its path.
+    pub fn shell(&self, line: &str) -> Process {
+        let path = format!("{}:{}", programs().display(), std::env::var("PATH").unwrap_or_default());
+        self.start(Path::new("/bin/sh"), &["-c", line], &[("PATH", &path)])
     }
 
     /// A coordinator for run directory `out` on a free port, listening.
     pub fn serve(&self, out: &str, more: &[&str]) -> (Process, String) {
         let mut arguments = vec!["serve", "campaign.toml", "--out", out, "--listen", "127.0.0.1:0"];
-        arguments.extend(["--heartbeat", "0.25", "--grace", "5"]);
+        arguments.extend(["--heartbeat", "0.25"]);
         arguments.extend(more);
         // What an earlier coordinator that was killed has left says nothing about this one.
         let address = self.path(out).join("coordinator.addr");
@@ -136,6 +160,14 @@ impl Process {
         let err = self.err.clone();
         let what = format!("the end of a process that said: {}", fs::read_to_string(err).unwrap_or_default());
         wait_for(&what, || self.child.try_wait().expect("the process is ours"))
+    }
+
+    /// Waits until it has said `text` on stderr.
+    ///
+    /// # Panics
+    /// It does not within [`LIMIT`].
+    pub fn wait_until_said(&self, text: &str) {
+        wait_for(text, || self.errors().contains(text).then_some(()));
     }
 
     /// Waits for its end; its exit code, or -1 if a signal ended it.

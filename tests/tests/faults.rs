@@ -131,6 +131,36 @@ fn a_worker_that_falls_silent_is_lost_and_welcome_back() {
 }
 
 #[test]
+fn a_realisation_that_hangs_is_cancelled_and_run_again() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (mut coordinator, url) = cluster.serve("out", &["--hang", "0.5"]);
+    let hangs = [("SYNTHETIC_HANGS_AT", "7")];
+    let mut worker = cluster.worker(synthetic(), &url, &[], &hangs);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    assert!(coordinator.errors().contains("realisation 7 takes no more steps"), "{}", coordinator.errors());
+    assert!(worker.errors().contains("realisation 7 is not needed any more"), "{}", worker.errors());
+    assert_eq!(results(&cluster.path("out")), undisturbed(&to_the_maximum(), 1, 3));
+}
+
+#[test]
+fn a_straggler_is_repeated_by_an_idle_worker() {
+    let cluster = Cluster::new(&to_the_maximum());
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let mut slow = cluster.worker(synthetic(), &url, &["--name", "slow"], &[("SYNTHETIC_MS", "3600000")]);
+    wait_for("its lease", || {
+        let mut status = cluster.runout(&["status", &url, "--json"]);
+        status.wait();
+        status.output().contains("\"attempt\": 1").then_some(())
+    });
+    let mut idle = cluster.worker(synthetic(), &url, &["--name", "idle"], &[]);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(idle.exit_code(), 0, "{}", idle.errors());
+    assert_eq!(slow.exit_code(), 0, "{}", slow.errors());
+    assert_eq!(results(&cluster.path("out")), undisturbed(&to_the_maximum(), 1, 3));
+}
+
+#[test]
 fn sigterm_drains_coordinator_and_worker() {
     let cluster = Cluster::new(&to_the_maximum());
     let out = cluster.path("out");

@@ -17,6 +17,7 @@ pub mod status;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
+pub use crate::progress::say;
 use crate::serve::ServeError;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand};
@@ -167,17 +168,20 @@ pub fn start_logging() {
 /// # Errors
 /// Standard output cannot be written, for example because the disk is full.
 pub fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::work("standard output", e)),
-        _ => Ok(()),
-    }
+    print_while_read(text).map(|_| ())
 }
 
-/// Says `text` to the user on standard error; that nobody can read it is no failure.
-pub fn say(text: &str) {
-    // There is no better place to complain.
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+/// As [`print()`]; false if the reader has gone away.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_while_read(text: &str) -> Result<bool, Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Ok(()) => Ok(true),
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(e) => Err(Failure::work("standard output", e)),
+    }
 }
 
 /// Prints one JSON document to standard output.
@@ -185,8 +189,16 @@ pub fn say(text: &str) {
 /// # Errors
 /// Standard output cannot be written.
 pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+    print(&json_text(document)?)
+}
+
+/// A JSON document for people and programs.
+///
+/// # Errors
+/// What cannot be JSON.
+pub fn json_text(document: &impl Serialize) -> Result<String, Failure> {
     let text = serde_json::to_string_pretty(document).map_err(|e| Failure::work("JSON", e))?;
-    print(&(text + "\n"))
+    Ok(text + "\n")
 }
 
 /// The asynchronous runtime of the commands that serve or ask.

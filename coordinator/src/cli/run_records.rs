@@ -4,8 +4,8 @@
 use super::Failure;
 use crate::load::{self, Loaded};
 use crate::run_directory::{self, RunView};
+use crate::status;
 use crate::store::log::Record;
-use runout_core::estimate::Estimator;
 use std::path::Path;
 use tracing::warn;
 
@@ -31,14 +31,7 @@ impl RunRecords {
                 dir.display()
             );
         }
-        let campaign = &loaded.campaign;
-        let mut estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
-        for record in &view.records {
-            if estimator.push(&record.outcome).is_err() {
-                break;
-            }
-        }
-        let decided = (estimator.realisations() as usize).min(view.records.len());
+        let decided = status::results(&loaded.campaign, &view).len();
         Ok(RunRecords { loaded, view, decided })
     }
 

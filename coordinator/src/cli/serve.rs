@@ -1,11 +1,12 @@
 //! `runout serve`: the coordinator only; workers come from elsewhere.
 
-use super::{Failure, finish, runtime, seconds};
+use super::{Failure, print, print_json, runtime, say, seconds};
 use crate::load;
 use crate::serve::{self, Options, ServeError};
+use crate::status::Status;
 use clap::Args;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Arguments of `runout serve`.
@@ -64,10 +65,20 @@ pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
         let listener = serve::listen(args.listen, args.insecure).await?;
         let coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
-            return Ok(finish(&coordinator.shared.status(), args.json));
+            return finish(&coordinator.shared.status(), &args.out, args.json);
         }
-        eprintln!("listening on http://{}", listener.local_addr().map_err(ServeError::from)?);
+        say(&format!("listening on http://{}\n", listener.local_addr().map_err(ServeError::from)?));
         let status = serve::serve(listener, coordinator, &options, interrupts).await?;
-        Ok(finish(&status, args.json))
+        finish(&status, &args.out, args.json)
     })
+}
+
+/// Prints how the campaign in `out` stands at the end; returns the exit code.
+pub(super) fn finish(status: &Status, out: &Path, json: bool) -> Result<u8, Failure> {
+    if json {
+        print_json(status)?
+    } else {
+        print(&status.summary(out))?
+    }
+    Ok(status.state.exit_code())
 }

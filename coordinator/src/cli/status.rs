@@ -1,12 +1,13 @@
 //! `runout status`: where a campaign stands, from its coordinator or from its run directory.
 
-use super::{Failure, runtime};
+use super::{Failure, json_text, print_while_read, runtime};
 use crate::run_directory;
 use crate::status::{self, State, Status};
 use anyhow::Context;
 use clap::Args;
 use runout_proto::v1::StatusRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
+use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::time::Duration;
 use tonic::transport::Endpoint;
@@ -15,6 +16,9 @@ use tonic::transport::Endpoint;
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 /// Time between two looks with `--watch`.
 const WATCH_PERIOD: Duration = Duration::from_secs(2);
+
+/// Moves a terminal's cursor to its upper left corner and clears what is below.
+const CLEAR: &str = "\x1b[H\x1b[J";
 
 /// Arguments of `runout status`.
 #[derive(Debug, Clone, Args)]
@@ -38,10 +42,11 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
     runtime()?.block_on(async {
         loop {
             let status = look(&args.target).await?;
-            if args.json {
-                println!("{}", serde_json::to_string_pretty(&status).expect("a status is JSON"));
-            } else {
-                print!("{}", status.text());
+            let redraws = args.watch && !args.json && io::stdout().is_terminal();
+            let text = if args.json { json_text(&status)? } else { status.text() };
+            let read = print_while_read(&(if redraws { CLEAR } else { "" }.to_owned() + &text))?;
+            if !read {
+                return Ok(0);
             }
             if !args.watch || status.state != State::Running {
                 return Ok(0);
@@ -51,19 +56,19 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
     })
 }
 
-async fn look(target: &str) -> anyhow::Result<Status> {
+async fn look(target: &str) -> Result<Status, Failure> {
     if target.starts_with("http://") || target.starts_with("https://") {
-        return ask(target).await.with_context(|| format!("{target}: no coordinator answers"));
+        return Ok(ask(target).await.with_context(|| format!("{target}: no coordinator answers"))?);
     }
     let path = Path::new(target);
-    let view = run_directory::read(path)?;
+    let view = run_directory::read(path).map_err(|e| Failure::Input(e.to_string()))?;
     if let Some(url) = view.address
         && let Ok(status) = ask(&url).await
         && status.digest == view.spec.digest()
     {
         return Ok(status);
     }
-    status::of_directory(path)
+    Ok(status::of_directory(path)?)
 }
 
 async fn ask(url: &str) -> anyhow::Result<Status> {

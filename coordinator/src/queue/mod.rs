@@ -5,6 +5,7 @@
 //! but not yet durable (`storing`), recorded. Everything below [`Queue::prefix`] is recorded; leases are given out
 //! at most a bounded look-ahead beyond it, so that stopping wastes little.
 
+mod audits;
 mod durations;
 mod moves;
 #[cfg(test)]
@@ -12,11 +13,12 @@ mod tests;
 mod types;
 mod workers;
 
+pub use audits::is_audited;
 use durations::Durations;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 pub use types::{
-    Attempts, Event, Held, Lease, LeaseAnswer, Order, ReportStep, Running, Settings, UnknownWorker,
+    Attempts, Done, Event, Held, Lease, LeaseAnswer, Order, ReportStep, Running, Settings, UnknownWorker,
 };
 pub use workers::{Worker, WorkerId};
 
@@ -25,6 +27,7 @@ pub use workers::{Worker, WorkerId};
 struct Recorded {
     digest: String,
     worker: String,
+    attempt: u32,
     poison: bool,
 }
 
@@ -42,9 +45,14 @@ pub struct Queue {
     recorded: BTreeMap<u64, Recorded>,
     attempts: BTreeMap<u64, Attempts>,
     audits_due: BTreeSet<u64>,
+    /// Leases taken back because they hang: their workers cannot have them again.
+    hung: BTreeSet<Lease>,
     durations: Durations,
     draining: bool,
+    /// No realisation is wanted any more; audits may be.
     finished: bool,
+    /// Nor are audits.
+    closed: bool,
 }
 
 impl Queue {
@@ -61,9 +69,11 @@ impl Queue {
             recorded: BTreeMap::new(),
             attempts: BTreeMap::new(),
             audits_due: BTreeSet::new(),
+            hung: BTreeSet::new(),
             durations: Durations::default(),
             draining: false,
             finished: false,
+            closed: false,
         }
     }
 
@@ -78,12 +88,13 @@ impl Queue {
     }
 
     /// Takes over an outcome that an earlier session recorded; `audited` if a second run has agreed.
-    pub fn restore_recorded(&mut self, index: u64, digest: &str, worker: &str, poison: bool, audited: bool) {
+    pub fn restore_recorded(&mut self, done: Done<'_>, audited: bool) {
+        let index = done.index;
         if index < self.settings.maximum_realisations {
             self.open.extend(self.next..index);
             self.next = self.next.max(index + 1);
         }
-        self.record(index, digest, worker, poison);
+        self.record(done);
         if audited {
             self.audits_due.remove(&index);
         }
@@ -138,8 +149,9 @@ impl Queue {
     /// # Errors
     /// The worker is not known.
     pub fn lease(&mut self, id: WorkerId, now: Duration) -> Result<LeaseAnswer, UnknownWorker> {
+        let over = self.is_over();
         let worker = self.workers.heard(id, now)?;
-        if self.finished || worker.set_aside {
+        if over || worker.set_aside {
             worker.told = true;
             return Ok(LeaseAnswer::Finished);
         }
@@ -152,6 +164,9 @@ impl Queue {
             return Ok(LeaseAnswer::Wait);
         }
         let audit = self.audit_for(&name);
+        if self.finished && audit.is_none() {
+            return Ok(LeaseAnswer::Wait);
+        }
         let index = audit.or_else(|| self.open.pop_first()).or_else(|| self.fresh()).or_else(|| {
             // Near the end there is nothing new: an idle slot may repeat a straggler.
             self.straggler(id, now)
@@ -173,8 +188,9 @@ impl Queue {
         held: &[Held],
         now: Duration,
     ) -> Result<(Order, Vec<Lease>, Vec<Event>), UnknownWorker> {
+        let over = self.is_over();
         let worker = self.workers.heard(id, now)?;
-        let order = match (self.finished || worker.set_aside, self.draining) {
+        let order = match (over || worker.set_aside, self.draining) {
             (true, _) => Order::Stop,
             (false, true) => Order::Drain,
             (false, false) => Order::Continue,
@@ -205,7 +221,9 @@ impl Queue {
         let reporter = self.workers.heard(id, now)?;
         let (name, set_aside) = (reporter.name.clone(), reporter.set_aside);
         let index = lease.index;
-        if self.leases.get(&lease).is_some_and(|running| running.worker == id) {
+        let held = self.leases.get(&lease).filter(|running| running.worker == id);
+        let audit = held.is_some_and(|running| running.audit);
+        if held.is_some() {
             self.leases.remove(&lease);
         }
         if let Some(recorded) = self.recorded.get(&index) {
@@ -218,8 +236,13 @@ impl Queue {
                 self.give_back_all(id);
                 return Ok(ReportStep::Conflict);
             }
-            let audits = recorded.worker != name && self.audits_due.remove(&index);
-            return Ok(if audits { ReportStep::AuditAgrees } else { ReportStep::Duplicate });
+            // The same attempt, delivered twice, is no second computation.
+            let second = recorded.attempt != lease.attempt && (audit || recorded.worker != name);
+            return Ok(if second && self.audits_due.remove(&index) {
+                ReportStep::AuditAgrees
+            } else {
+                ReportStep::Duplicate
+            });
         }
         if self.storing.contains(&index) {
             return Ok(ReportStep::Busy);
@@ -234,13 +257,12 @@ impl Queue {
     }
 
     /// An index is durable now.
-    pub fn stored(&mut self, index: u64, digest: &str, worker: &str, wall_s: f64, poison: bool) {
-        self.storing.remove(&index);
-        if !poison {
-            self.durations.push(wall_s);
-            self.workers.count_done(worker);
+    pub fn stored(&mut self, done: Done<'_>) {
+        self.storing.remove(&done.index);
+        if !done.poison {
+            self.workers.count_done(done.worker);
         }
-        self.record(index, digest, worker, poison);
+        self.record(done);
     }
 
     /// Takes leases back in an orderly way; `broken` if the computation broke, which counts as a loss.
@@ -306,10 +328,17 @@ impl Queue {
         self.draining
     }
 
-    /// The campaign is over: workers are told to leave.
-    pub fn finish(&mut self) {
+    /// The campaign is over, and its results are the indices below `end`: no further realisation is wanted. Audits
+    /// of the results still are, until [`Queue::close`]; then workers are told to leave.
+    pub fn finish(&mut self, end: u64) {
         self.finished = true;
         self.open.clear();
+        self.audits_due.retain(|index| *index < end);
+    }
+
+    /// Audits that are still due are given up.
+    pub fn close(&mut self) {
+        self.closed = true;
     }
 
     /// Whether every worker has been told that it is over, or that the coordinator stops.

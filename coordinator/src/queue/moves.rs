@@ -1,33 +1,23 @@
 //! How leases and indices move between the states of the queue.
 
-use super::{Event, Held, Lease, Queue, Recorded, Running, WorkerId};
-use rand::Rng;
-use runout_core::seed::{Purpose, stream};
+use super::{Done, Event, Held, Lease, Queue, Recorded, Running, WorkerId, is_audited};
 use std::time::Duration;
 
 impl Queue {
-    pub(super) fn record(&mut self, index: u64, digest: &str, worker: &str, poison: bool) {
-        let recorded = Recorded { digest: digest.to_owned(), worker: worker.to_owned(), poison };
+    pub(super) fn record(&mut self, done: Done<'_>) {
+        let Done { index, digest, worker, attempt, wall_s, poison } = done;
+        let (digest, worker) = (digest.to_owned(), worker.to_owned());
         self.open.remove(&index);
-        self.recorded.insert(index, recorded);
-        if !poison && self.is_audited(index) {
-            self.audits_due.insert(index);
+        self.recorded.insert(index, Recorded { digest, worker, attempt, poison });
+        if !poison {
+            self.durations.push(wall_s);
+            if is_audited(self.settings.seed, self.settings.audit_fraction, index) {
+                self.audits_due.insert(index);
+            }
         }
         while self.recorded.contains_key(&self.prefix) {
             self.prefix += 1;
         }
-    }
-
-    /// Whether the seed chooses this index for an audit.
-    pub(super) fn is_audited(&self, index: u64) -> bool {
-        // 53 random bits make a double in [0, 1).
-        let draw = stream(self.settings.seed, index, Purpose::Audit).next_u64() >> 11;
-        (draw as f64) < self.settings.audit_fraction * (1_u64 << 53) as f64
-    }
-
-    pub(super) fn audit_for(&self, worker: &str) -> Option<u64> {
-        let running = |index| self.leases.range(attempts_of(index)).next().is_some();
-        self.audits_due.iter().copied().find(|i| self.recorded[i].worker != worker && !running(*i))
     }
 
     pub(super) fn fresh(&mut self) -> Option<u64> {
@@ -64,13 +54,13 @@ impl Queue {
 
     /// Whether an outcome of this index is still to be recorded.
     pub(super) fn is_wanted(&self, index: u64) -> bool {
-        !self.recorded.contains_key(&index) && !self.storing.contains(&index)
+        !self.finished && !self.recorded.contains_key(&index) && !self.storing.contains(&index)
     }
 
     /// Opens an index again unless it is done or somebody else runs it.
     pub(super) fn reopen(&mut self, index: u64) {
         let leased = self.leases.range(attempts_of(index)).next().is_some();
-        if !self.finished && index < self.next && !leased && self.is_wanted(index) {
+        if index < self.next && !leased && self.is_wanted(index) {
             self.open.insert(index);
         }
     }
@@ -92,6 +82,8 @@ impl Queue {
         }
         (running.steps, running.simulated_s) = (held.steps, held.simulated_s);
         if now.saturating_sub(running.moved_at) > hang {
+            self.hung.insert(held.lease);
+            events.push(Event::Hung { index: held.lease.index });
             self.lose(held.lease, events);
             return false;
         }
@@ -114,7 +106,7 @@ impl Queue {
     /// given the worker up): it may go on if nobody else has it. False if not.
     pub(super) fn adopt(&mut self, id: WorkerId, held: Held, now: Duration) -> bool {
         let Held { lease, steps, simulated_s, .. } = held;
-        if self.finished || !self.open.remove(&lease.index) {
+        if self.finished || self.hung.contains(&lease) || !self.open.remove(&lease.index) {
             return false;
         }
         let attempts = self.attempts.entry(lease.index).or_default();
@@ -168,7 +160,7 @@ impl Queue {
     pub(super) fn lose(&mut self, lease: Lease, events: &mut Vec<Event>) {
         self.leases.remove(&lease);
         let index = lease.index;
-        if self.finished || !self.is_wanted(index) {
+        if !self.is_wanted(index) {
             return;
         }
         let attempts = self.attempts.entry(index).or_default();
@@ -184,6 +176,6 @@ impl Queue {
 }
 
 /// All leases of an index.
-fn attempts_of(index: u64) -> std::ops::RangeInclusive<Lease> {
+pub(super) fn attempts_of(index: u64) -> std::ops::RangeInclusive<Lease> {
     Lease { index, attempt: 0 }..=Lease { index, attempt: u32::MAX }
 }

@@ -24,12 +24,16 @@ fn digest(index: u64) -> String {
     format!("{index:032x}")
 }
 
+fn done<'a>(index: u64, attempt: u32, digest: &'a str, worker: &'a str) -> Done<'a> {
+    Done { index, digest, worker, attempt, wall_s: 1.0, poison: false }
+}
+
 /// Reports and stores in one go.
 fn finish(queue: &mut Queue, worker: WorkerId, lease: Lease, now: Duration) -> ReportStep {
     let step = queue.report(worker, lease, &digest(lease.index), now).unwrap();
     if step == ReportStep::Store {
         let name = queue.workers().find(|(id, _)| *id == worker).unwrap().1.name.clone();
-        queue.stored(lease.index, &digest(lease.index), &name, 1.0, false);
+        queue.stored(done(lease.index, lease.attempt, &digest(lease.index), &name));
     }
     step
 }
@@ -73,7 +77,7 @@ fn a_silent_worker_is_lost_and_three_losses_are_poison() {
         assert_eq!(queue.tick(now), expected);
         assert_eq!(queue.lease(worker, now), Err(UnknownWorker));
     }
-    queue.stored(0, "poison", "coordinator", 0.0, true);
+    queue.stored(Done { poison: true, ..done(0, 0, "poison", "coordinator") });
     assert_eq!(queue.prefix(), 1);
     // Its outcome is not wanted any more, should it ever come.
     let late = queue.register("late", 1, &[], now);
@@ -112,7 +116,7 @@ fn a_late_result_is_welcome_and_its_repeat_is_cancelled() {
 #[test]
 fn after_a_restart_a_worker_keeps_what_it_runs() {
     let mut queue = Queue::new(settings(100), 2);
-    queue.restore_recorded(0, &digest(0), "w", false, false);
+    queue.restore_recorded(done(0, 1, &digest(0), "w"), false);
     queue.restore_attempts(1, Attempts { attempt: 4, losses: 1 });
     queue.restore_attempts(2, Attempts { attempt: 1, losses: 0 });
     let running = Lease { index: 1, attempt: 4 };
@@ -145,8 +149,12 @@ fn a_hang_is_told_from_a_lost_heartbeat() {
         now += queue.settings().heartbeat;
     }
     now += SECOND;
-    assert_eq!(queue.heartbeat(worker, &[held(lease, 0)], now).unwrap().1, [lease]);
+    let (_, cancel, events) = queue.heartbeat(worker, &[held(lease, 0)], now).unwrap();
+    assert_eq!((cancel, events), (vec![lease], vec![Event::Hung { index: 0 }]));
     assert_eq!(queue.attempts(0).losses, 1);
+    // A worker that has not yet obeyed does not get it back.
+    assert_eq!(queue.heartbeat(worker, &[held(lease, 0)], now).unwrap().1, [lease]);
+    assert_eq!(assigned(queue.lease(worker, now).unwrap()), Lease { index: 0, attempt: 2 });
 }
 
 #[test]
@@ -168,21 +176,79 @@ fn near_the_end_an_idle_worker_repeats_a_straggler() {
     assert_eq!(queue.prefix(), 20);
 }
 
+/// All but one in a million realisations are audited.
+fn with_audits(maximum: u64) -> Queue {
+    Queue::new(Settings { audit_fraction: 0.999_999, ..settings(maximum) }, 1)
+}
+
 #[test]
 fn audits_go_to_another_worker_and_a_contradiction_sets_aside() {
-    let mut queue = Queue::new(Settings { audit_fraction: 0.999_999, ..settings(100) }, 1);
+    let mut queue = with_audits(100);
     let first = queue.register("first", 1, &[], SECOND);
+    let second = queue.register("second", 1, &[], SECOND);
     let lease = assigned(queue.lease(first, SECOND).unwrap());
     finish(&mut queue, first, lease, SECOND);
     assert_eq!(assigned(queue.lease(first, SECOND).unwrap()).index, 1);
-    let second = queue.register("second", 1, &[], SECOND);
     let audit = assigned(queue.lease(second, SECOND).unwrap());
     assert_eq!(audit, Lease { index: 0, attempt: 2 });
+    // The first report, delivered again by somebody who found it in the spool, is no second run.
+    assert_eq!(queue.report(second, lease, &digest(0), SECOND), Ok(ReportStep::Duplicate));
     assert_eq!(queue.report(second, audit, &digest(0), SECOND), Ok(ReportStep::AuditAgrees));
     assert_eq!(queue.audits_due(), 0);
     finish(&mut queue, first, Lease { index: 1, attempt: 1 }, SECOND);
     let audit = assigned(queue.lease(second, SECOND).unwrap());
     assert_eq!(queue.report(second, audit, "other", SECOND), Ok(ReportStep::Conflict));
+    assert_eq!(queue.lease(second, SECOND), Ok(LeaseAnswer::Finished));
+}
+
+#[test]
+fn a_worker_that_is_alone_audits_itself() {
+    let mut queue = with_audits(100);
+    let worker = queue.register("w", 1, &[], SECOND);
+    let lease = assigned(queue.lease(worker, SECOND).unwrap());
+    finish(&mut queue, worker, lease, SECOND);
+    let audit = assigned(queue.lease(worker, SECOND).unwrap());
+    assert_eq!(audit, Lease { index: 0, attempt: 2 });
+    assert_eq!(finish(&mut queue, worker, audit, SECOND), ReportStep::AuditAgrees);
+    assert_eq!(assigned(queue.lease(worker, SECOND).unwrap()).index, 1);
+}
+
+#[test]
+fn audits_due_at_the_end_are_run_and_everything_else_is_cancelled() {
+    let mut queue = with_audits(100);
+    let first = queue.register("first", 2, &[], SECOND);
+    let second = queue.register("second", 1, &[], SECOND);
+    let leases = [first, first, second].map(|worker| assigned(queue.lease(worker, SECOND).unwrap()));
+    finish(&mut queue, first, leases[0], SECOND);
+    // The results end before index 1: what runs beyond is of no use, and is not audited.
+    queue.finish(1);
+    assert_eq!(queue.audits_due(), 1);
+    assert!(queue.audit_limit().is_some());
+    assert_eq!(queue.lease(first, SECOND), Ok(LeaseAnswer::Wait));
+    assert!(!queue.everyone_told());
+    let (order, cancel, _) = queue.heartbeat(second, &[held(leases[2], 5)], SECOND).unwrap();
+    assert_eq!((order, cancel), (Order::Continue, vec![leases[2]]));
+    let audit = assigned(queue.lease(second, SECOND).unwrap());
+    assert_eq!(audit, Lease { index: 0, attempt: 2 });
+    assert_eq!(queue.heartbeat(second, &[held(audit, 5)], SECOND).unwrap().1, []);
+    assert_eq!(finish(&mut queue, second, audit, SECOND), ReportStep::AuditAgrees);
+    assert_eq!(queue.audit_limit(), None);
+    assert_eq!(queue.lease(second, SECOND), Ok(LeaseAnswer::Finished));
+    assert_eq!(queue.heartbeat(first, &[held(leases[1], 5)], SECOND).unwrap().0, Order::Stop);
+    assert!(queue.everyone_told());
+}
+
+#[test]
+fn audits_that_are_given_up_hold_nobody() {
+    let mut queue = with_audits(100);
+    let first = queue.register("first", 1, &[], SECOND);
+    let second = queue.register("second", 1, &[], SECOND);
+    let lease = assigned(queue.lease(first, SECOND).unwrap());
+    finish(&mut queue, first, lease, SECOND);
+    queue.finish(1);
+    queue.close();
+    assert_eq!(queue.audits_due(), 1);
+    assert_eq!(queue.audit_limit(), None);
     assert_eq!(queue.lease(second, SECOND), Ok(LeaseAnswer::Finished));
 }
 
@@ -255,7 +321,7 @@ impl World {
             Action::Report(who) => self.with(who, |world, id, leases| {
                 let Some(lease) = leases.pop() else { return };
                 match queue.report(id, lease, &digest(lease.index), world.now) {
-                    Ok(ReportStep::Store) => world.store(queue, lease.index, false),
+                    Ok(ReportStep::Store) => world.store(queue, lease, false),
                     Ok(step) => assert_ne!(step, ReportStep::Conflict),
                     Err(UnknownWorker) => leases.push(lease),
                 }
@@ -286,14 +352,15 @@ impl World {
     fn note(&mut self, queue: &mut Queue, events: Vec<Event>) {
         for event in events {
             if let Event::Poisoned { index } = event {
-                self.store(queue, index, true);
+                self.store(queue, Lease { index, attempt: 0 }, true);
             }
         }
     }
 
-    fn store(&mut self, queue: &mut Queue, index: u64, poison: bool) {
+    fn store(&mut self, queue: &mut Queue, lease: Lease, poison: bool) {
         let prefix = queue.prefix();
-        queue.stored(index, &digest(index), "w", 1.0, poison);
+        let Lease { index, attempt } = lease;
+        queue.stored(Done { poison, ..done(index, attempt, &digest(index), "w") });
         *self.recorded.entry(index).or_default() += 1;
         assert!(queue.prefix() >= prefix, "the prefix never shrinks");
     }

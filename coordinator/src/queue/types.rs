@@ -9,7 +9,7 @@ use thiserror::Error;
 pub struct Settings {
     /// Campaign seed: it chooses the audited realisations.
     pub seed: u64,
-    /// Share of realisations re-run on another worker.
+    /// Share of realisations run twice and compared.
     pub audit_fraction: f64,
     /// No index at or beyond this is leased.
     pub maximum_realisations: u64,
@@ -49,6 +49,23 @@ impl Settings {
     pub fn lost_after(&self) -> Duration {
         self.heartbeat * self.missed_heartbeats
     }
+}
+
+/// An outcome that is durable, as far as the queue is concerned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Done<'a> {
+    /// Realisation index.
+    pub index: u64,
+    /// Digest of the outcome.
+    pub digest: &'a str,
+    /// Who computed it.
+    pub worker: &'a str,
+    /// In which attempt.
+    pub attempt: u32,
+    /// Wall time of the computation, s.
+    pub wall_s: f64,
+    /// Whether the index was given up instead.
+    pub poison: bool,
 }
 
 /// The right to run one realisation; the attempt number is the fencing token.
@@ -138,6 +155,11 @@ pub enum Event {
     WorkerLost {
         /// Its name.
         name: String,
+    },
+    /// A realisation takes no more steps; its worker is told to end it.
+    Hung {
+        /// Which.
+        index: u64,
     },
     /// This index took several workers down: record it as poison, then call [`stored`](super::Queue::stored).
     Poisoned {

@@ -1,12 +1,18 @@
 //! Where a campaign stands, as people and scripts see it.
 
+mod text;
+
+pub use text::duration;
+
 use crate::engine::Engine;
 use crate::load;
+use crate::queue;
 use crate::run_directory::{self, RunView};
 use crate::store::log::Record;
 use runout_core::campaign::{Campaign, StopRule};
+use runout_core::estimate::rule::Requirement;
 use runout_core::estimate::{Decision, Estimate, Estimator};
-use runout_core::outcome::Outcome;
+use runout_core::outcome::{Outcome, Reason};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Duration;
@@ -85,6 +91,8 @@ pub struct Status {
     pub mean_interval_m: Option<[f64; 2]>,
     /// Variance, m2.
     pub variance_m2: Option<f64>,
+    /// Standard deviation, m.
+    pub sd_m: Option<f64>,
     /// Share of slopes that failed.
     pub p_failure: Option<f64>,
     /// Its interval.
@@ -93,18 +101,24 @@ pub struct Status {
     pub confidence: f64,
     /// Stopping rule.
     pub rule: StopRule,
+    /// What it asks for besides the fewest realisations, and how far that is met.
+    pub requirements: Vec<Requirement>,
     /// Fewest realisations.
     pub minimum_realisations: u64,
     /// Most realisations.
     pub maximum_realisations: u64,
     /// Outcomes that contradict a recorded one: any is a reason to distrust a worker.
     pub conflicts: u64,
-    /// Realisations that a second worker computed with the same bits.
+    /// Realisations that were run twice and gave the same bits.
     pub audits_agreed: u64,
-    /// Realisations chosen for that and not yet compared.
+    /// Realisations chosen for that and not yet run twice.
     pub audits_due: u64,
     /// Workers; empty if no coordinator answers.
     pub workers: Vec<WorkerStatus>,
+    /// Realisations a minute, from recent wall times and all slots.
+    pub realisations_per_min: Option<f64>,
+    /// Likely number of realisations at the end, the maximum at most.
+    pub expected_realisations: Option<u64>,
     /// Likely time left, s.
     pub eta_s: Option<f64>,
     /// What is damaged in the run directory, in words.
@@ -170,11 +184,12 @@ pub fn of_engine(campaign: &Campaign, digest: &str, engine: &Engine, now: Durati
     let slots: u32 = workers.iter().map(|w| w.slots).sum();
     let estimator = engine.estimator();
     let mut status = of_estimator(campaign, digest, estimator, State::Running);
+    let per_s = queue.mean_duration_s().filter(|s| *s > 0.0 && slots > 0).map(|s| f64::from(slots) / s);
+    status.realisations_per_min = per_s.map(|per_s| per_s * 60.0);
     status.eta_s = estimator
         .expected_remaining()
-        .zip(queue.mean_duration_s())
-        .filter(|_| slots > 0)
-        .map(|(more, mean_s)| more.saturating_sub(engine.ahead()) as f64 * mean_s / f64::from(slots));
+        .zip(per_s)
+        .map(|(more, per_s)| more.saturating_sub(engine.ahead()) as f64 / per_s);
     status.ahead = engine.ahead();
     status.conflicts = engine.conflicts();
     status.audits_agreed = engine.audits_agreed();
@@ -195,6 +210,8 @@ pub fn of_directory(path: &Path) -> anyhow::Result<Status> {
     let mut status = of_estimator(&campaign, &view.spec.digest(), &estimator, State::Interrupted);
     status.ahead = view.records.len() as u64 - estimator.next_index().min(view.records.len() as u64);
     status.conflicts = view.conflicts.len() as u64;
+    status.audits_agreed = view.audited.len() as u64;
+    status.audits_due = audits_due(&campaign, &view, &estimator);
     status.damage = view.damage;
     Ok(status)
 }
@@ -226,6 +243,19 @@ pub fn results<'a>(campaign: &Campaign, view: &'a RunView) -> &'a [Record] {
     &view.records[..realisations as usize]
 }
 
+/// Audits that were not run: as the queue counts them.
+fn audits_due(campaign: &Campaign, view: &RunView, estimator: &Estimator) -> u64 {
+    let over = estimator.decision() != Decision::Continue;
+    let due = view.records.iter().map(|record| &record.outcome).filter(|outcome| {
+        outcome.reason != Reason::Poison
+            && !(over && outcome.index >= estimator.realisations())
+            && queue::is_audited(campaign.seed, campaign.run.audit_fraction, outcome.index)
+            && !view.audited.contains(&outcome.index)
+            && !view.conflicts.iter().any(|c| c.outcome.index == outcome.index)
+    });
+    due.count() as u64
+}
+
 fn of_estimator(campaign: &Campaign, digest: &str, estimator: &Estimator, going_on: State) -> Status {
     let Estimate {
         realisations,
@@ -236,6 +266,7 @@ fn of_estimator(campaign: &Campaign, digest: &str, estimator: &Estimator, going_
         mean_m,
         mean_interval_m,
         variance_m2,
+        sd_m,
         p_failure,
         p_failure_interval,
         ..
@@ -252,86 +283,21 @@ fn of_estimator(campaign: &Campaign, digest: &str, estimator: &Estimator, going_
         mean_m,
         mean_interval_m,
         variance_m2,
+        sd_m,
         p_failure,
         p_failure_interval,
         confidence,
         rule: campaign.stop.rule.clone(),
+        requirements: estimator.requirements(),
         minimum_realisations: campaign.stop.minimum_realisations,
         maximum_realisations: campaign.stop.maximum_realisations,
         conflicts: 0,
         audits_agreed: 0,
         audits_due: 0,
         workers: Vec::new(),
+        realisations_per_min: None,
+        expected_realisations: estimator.expected_remaining().map(|more| realisations + more),
         eta_s: None,
         damage: Vec::new(),
-    }
-}
-
-impl Status {
-    /// One line for a progress display.
-    pub fn line(&self) -> String {
-        let mut line = format!(
-            "{} of at most {} realisations: {} runout, {} stable, {} failed",
-            self.realisations, self.maximum_realisations, self.samples, self.stable, self.failed
-        );
-        if let Some(mean) = self.mean_m {
-            line += &format!("; mean {mean:.3} m");
-        }
-        if let Some([low, high]) = self.mean_interval_m {
-            line += &format!(" ({low:.3} to {high:.3})");
-        }
-        if let Some(p) = self.p_failure {
-            line += &format!("; p(failure) {p:.3}");
-        }
-        if let Some(eta) = self.eta_s.filter(|_| self.state == State::Running) {
-            line += &format!("; about {} left", duration(eta));
-        }
-        line
-    }
-
-    /// Several lines for people.
-    pub fn text(&self) -> String {
-        let mut text = format!("{}: {}\n  {}\n", self.campaign, self.state.name(), self.line());
-        text += &format!("  variance {}\n", self.variance_m2.map_or("-".into(), |v| format!("{v:.4} m2")));
-        if self.audits_agreed + self.audits_due > 0 {
-            text += &format!("  audits: {} agree, {} due\n", self.audits_agreed, self.audits_due);
-        }
-        if self.conflicts > 0 {
-            text += &format!(
-                "  WARNING: {} outcomes contradict a recorded one; a worker computes other bits\n",
-                self.conflicts
-            );
-        }
-        for note in &self.damage {
-            text += &format!("  damage: {note}\n");
-        }
-        for worker in &self.workers {
-            let aside = if worker.set_aside { ", set aside" } else { "" };
-            text += &format!(
-                "  worker {}: {} slots, {} done, heard {:.0} s ago{aside}\n",
-                worker.name, worker.slots, worker.done, worker.heard_s
-            );
-            for running in &worker.running {
-                text += &format!(
-                    "    realisation {} (attempt {}): {:.1} s simulated, {} steps, for {}\n",
-                    running.index,
-                    running.attempt,
-                    running.simulated_s,
-                    running.steps,
-                    duration(running.for_s)
-                );
-            }
-        }
-        text
-    }
-}
-
-/// A time for people.
-pub fn duration(seconds: f64) -> String {
-    let whole = seconds.round() as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
-        (0, 0, s) => format!("{s} s"),
-        (0, m, s) => format!("{m} min {s} s"),
-        (h, m, _) => format!("{h} h {m} min"),
     }
 }

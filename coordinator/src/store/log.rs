@@ -66,12 +66,16 @@ pub fn parse(bytes: &[u8]) -> LogContents {
     contents.unfinished_bytes = bytes.len() - end;
     let lines = bytes[..end].split_inclusive(|b| *b == b'\n');
     for (number, line) in lines.enumerate() {
-        // Zeroed blocks may stand in front of a sound line: they hold no line end.
-        let zeros = line.iter().take_while(|b| **b == 0).count();
-        if zeros > 0 {
+        // A zeroed block holds no line end: what stands behind it may be a sound line.
+        let sound = line.iter().rposition(|b| *b == 0).map_or(0, |last| last + 1);
+        if sound > 0 {
+            let zeros = line.iter().filter(|b| **b == 0).count();
             contents.damage.push(format!("line {}: {zeros} zero bytes", number + 1));
         }
-        match parse_line(&line[zeros..line.len() - 1]) {
+        if sound > 0 && sound == line.len() - 1 {
+            continue;
+        }
+        match parse_line(&line[sound..line.len() - 1]) {
             Some(entry) => contents.entries.push(entry),
             None => contents.damage.push(format!("line {}: checksum or form is wrong", number + 1)),
         }

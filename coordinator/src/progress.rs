@@ -2,9 +2,9 @@
 
 use crate::service::Shared;
 use crate::status::Status;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
-use std::sync::Weak;
+use std::sync::{Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 use tokio::time::Instant;
 
@@ -23,17 +23,15 @@ pub async fn show(shared: Weak<Shared>) {
 
 async fn show_bar(shared: &Weak<Shared>) {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:30} {prefix}\n{wide_msg}").expect("the template is sound");
-    // The task is aborted at the end: the summary then says more than the bar.
-    let bar = bar.with_style(style).with_finish(ProgressFinish::AndClear);
+    bar.set_style(ProgressStyle::with_template("{bar:30} {msg}").expect("the template is sound"));
+    let shown = Shown::new(bar);
     let mut period = tokio::time::interval(BAR_PERIOD);
     while let Some(shared) = shared.upgrade() {
         let status = shared.status();
         drop(shared);
-        bar.set_length(status.expected_realisations.unwrap_or(status.maximum_realisations));
-        bar.set_position(status.realisations);
-        bar.set_prefix(status.pace());
-        bar.set_message(status.estimate());
+        shown.0.set_length(status.expected_realisations.unwrap_or(status.maximum_realisations));
+        shown.0.set_position(status.realisations);
+        shown.0.set_message(status.lines().join("\n  "));
         period.tick().await;
     }
 }
@@ -48,15 +46,57 @@ async fn show_lines(shared: &Weak<Shared>) {
             at.elapsed() >= LINE_PERIOD && shown.realisations != status.realisations
         });
         if due {
-            say(&format!("{}; {}\n", status.pace(), status.estimate()));
+            say(&(status.lines().join("; ") + "\n"));
             last = Some((Instant::now(), status));
         }
         period.tick().await;
     }
 }
 
+/// The bar on the terminal, if there is one.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// A bar that goes away with this, also if its task is aborted: the summary then says more.
+struct Shown(ProgressBar);
+
+impl Shown {
+    fn new(bar: ProgressBar) -> Shown {
+        *the_bar() = Some(bar.clone());
+        Shown(bar)
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        the_bar().take();
+        self.0.finish_and_clear();
+    }
+}
+
+fn the_bar() -> MutexGuard<'static, Option<ProgressBar>> {
+    BAR.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Standard error, above the bar where there is one.
+#[derive(Debug, Clone, Copy)]
+pub struct Messages;
+
+impl Write for Messages {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let write = || io::stderr().lock().write(bytes);
+        match &*the_bar() {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().lock().flush()
+    }
+}
+
 /// Says `text` to the user on standard error; that nobody can read it is no failure.
 pub fn say(text: &str) {
     // There is no better place to complain.
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+    let _ = Messages.write_all(text.as_bytes());
 }

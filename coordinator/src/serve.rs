@@ -188,6 +188,8 @@ pub async fn serve(
         server.abort();
     }
     progress.abort();
+    // Its bar is gone when this returns; that it was aborted is no news.
+    let _ = progress.await;
     let mut status = shared.status();
     drop(shared);
     // The store closes when the last call has let go of it; the lock is held until then.
@@ -305,6 +307,9 @@ impl Look {
     }
 }
 
+/// Signals that come this soon after one another are one: `timeout` and batch systems signal a process and its group.
+const ONE_SIGNAL: Duration = Duration::from_millis(500);
+
 /// Counts interruptions (SIGINT, SIGTERM). The second one ends the process at once: everything
 /// acknowledged is on the disk at any time.
 ///
@@ -316,11 +321,16 @@ pub fn interruptions() -> io::Result<watch::Receiver<u32>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let (count, counted) = watch::channel(0);
     tokio::spawn(async move {
+        let mut last: Option<Instant> = None;
         loop {
             tokio::select! {
                 _ = interrupt.recv() => {}
                 _ = terminate.recv() => {}
             }
+            if last.is_some_and(|at| at.elapsed() < ONE_SIGNAL) {
+                continue;
+            }
+            last = Some(Instant::now());
             count.send_modify(|n| *n += 1);
             if *count.borrow() > 1 {
                 std::process::exit(i32::from(State::Interrupted.exit_code()));

@@ -2,7 +2,7 @@
 //!
 //! The realisations are synthetic: see `faults.rs`.
 
-use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
+use runout_tests::{COARSE, Cluster, Process, recorded, results, wait_for};
 use std::path::Path;
 
 const SYNTHETIC: &str = env!("CARGO_BIN_EXE_synthetic-worker");
@@ -13,6 +13,17 @@ const FOR_EVER: (&str, &str) = ("SYNTHETIC_MS", "3600000");
 /// Stops at the maximum: 60 realisations, whatever the estimates.
 fn to_the_maximum() -> String {
     COARSE.replace("mean_half_width = 0.2", "mean_half_width = 1e-6")
+}
+
+/// Signals until the process has ended: signals in quick succession count as one.
+fn insist(process: &mut Process) {
+    wait_for("its end", || {
+        let running = process.running();
+        if running {
+            process.terminate();
+        }
+        (!running).then_some(())
+    });
 }
 
 fn json(text: &str) -> serde_json::Value {
@@ -80,12 +91,12 @@ fn a_second_signal_ends_at_once() {
     coordinator.terminate();
     coordinator.wait_until_said("interrupted: waiting up to");
     assert!(coordinator.running());
-    coordinator.terminate();
+    insist(&mut coordinator);
     assert_eq!(coordinator.exit_code(), 130, "{}", coordinator.errors());
     worker.terminate();
     worker.wait_until_said("asked to leave");
     assert!(worker.running());
-    worker.terminate();
+    insist(&mut worker);
     assert_eq!(worker.exit_code(), 143, "{}", worker.errors());
     // The address that is left behind leads nobody astray.
     let mut status = cluster.runout(&["status", "out", "--watch"]);

@@ -7,6 +7,7 @@ use clap::Parser;
 use std::io::{self, IsTerminal, Read, Write};
 use std::process::ExitCode;
 use std::thread;
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
 use tracing_subscriber::EnvFilter;
 
@@ -55,6 +56,9 @@ fn work(options: &Options, prepare: Prepare, build: String) -> Result<(), Worker
     ended
 }
 
+/// Signals that come this soon after one another are one: `timeout` and batch systems signal a process and its group.
+const ONE_SIGNAL: Duration = Duration::from_millis(500);
+
 /// Counts SIGTERM and SIGINT; the second one ends the process at once.
 fn interruptions() -> io::Result<watch::Receiver<u32>> {
     use tokio::signal::unix::{SignalKind, signal};
@@ -62,11 +66,16 @@ fn interruptions() -> io::Result<watch::Receiver<u32>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let (count, counted) = watch::channel(0);
     tokio::spawn(async move {
+        let mut last: Option<Instant> = None;
         loop {
             tokio::select! {
                 _ = interrupt.recv() => {}
                 _ = terminate.recv() => {}
             }
+            if last.is_some_and(|at| at.elapsed() < ONE_SIGNAL) {
+                continue;
+            }
+            last = Some(Instant::now());
             count.send_modify(|n| *n += 1);
             if *count.borrow() > 1 {
                 std::process::exit(TERMINATED);

@@ -17,6 +17,7 @@ pub mod status;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
+use crate::progress::Messages;
 pub use crate::progress::say;
 use crate::serve::ServeError;
 use clap::builder::styling::{AnsiColor, Styles};
@@ -155,7 +156,7 @@ pub fn start_logging() {
     // A second call (in tests) changes nothing.
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_writer(io::stderr)
+        .with_writer(|| Messages)
         .with_ansi(colour)
         .with_target(false)
         // A reader of standard error that has gone away is no reason to panic.

@@ -4,50 +4,63 @@ use super::{State, Status, WorkerStatus};
 use std::path::Path;
 
 impl Status {
-    /// How far it is and how fast it goes, in one line.
-    pub fn pace(&self) -> String {
-        let most = self.maximum_realisations;
-        let mut line = match self.expected_realisations.filter(|_| self.state == State::Running) {
-            Some(expected) if expected < most => {
-                format!("{} of about {expected} realisations (at most {most})", self.realisations)
-            }
-            _ => format!("{} of at most {most} realisations", self.realisations),
-        };
-        if self.state == State::Running {
-            let slots: u32 = self.workers.iter().map(|w| w.slots).sum();
-            line += &match (slots, self.realisations_per_min) {
-                (0, _) => "; no worker yet".to_owned(),
-                (_, Some(rate)) if rate < 10.0 => format!("; {rate:.1} a minute"),
-                (_, Some(rate)) => format!("; {rate:.0} a minute"),
-                (_, None) => String::new(),
-            };
-            if let Some(eta) = self.eta_s {
-                line += &format!("; about {} left", duration(eta));
-            }
+    /// A few short lines for a progress display: how far it is, how fast it goes, what is known, what is wanted.
+    pub fn lines(&self) -> Vec<String> {
+        let running = self.state == State::Running;
+        let mut lines = vec![self.extent()];
+        if running {
+            lines.push(self.pace());
         }
-        line
+        let mut known = format!("{} runout, {} stable, {} failed", self.samples, self.stable, self.failed);
+        if let Some(p) = self.p_failure {
+            known += &format!("; p(failure) {p:.3}{}", within(self.p_failure_interval, ""));
+        }
+        lines.push(known);
+        if let Some(mean) = self.mean_m {
+            lines.push(format!("mean runout {mean:.3} m{}", within(self.mean_interval_m, " m")));
+        }
+        let wanted: Vec<String> = self
+            .requirements
+            .iter()
+            .filter(|r| running && !r.met && r.now.is_some())
+            .map(|r| format!("{} {} (asked {})", r.what, value(r.now), number(r.target)))
+            .collect();
+        if !wanted.is_empty() {
+            lines.push(wanted.join(", "));
+        }
+        lines
     }
 
-    /// What is known by now, in one line.
-    pub fn estimate(&self) -> String {
-        let mut line = format!("{} runout, {} stable, {} failed", self.samples, self.stable, self.failed);
-        if let Some(mean) = self.mean_m {
-            line += &format!("; mean {mean:.3} m{}", within(self.mean_interval_m, " m"));
+    fn extent(&self) -> String {
+        let most = self.maximum_realisations;
+        match self.expected_realisations.filter(|_| self.state == State::Running) {
+            Some(expected) if expected < most => {
+                format!("{} of about {expected} realisations", self.realisations)
+            }
+            _ => format!("{} of at most {most} realisations", self.realisations),
         }
-        if let Some(p) = self.p_failure {
-            line += &format!("; p(failure) {p:.3}{}", within(self.p_failure_interval, ""));
-        }
-        let unmet = self.requirements.iter().filter(|r| !r.met && self.state == State::Running);
-        for requirement in unmet {
-            let now = requirement.now.map_or("not known yet".to_owned(), number);
-            line += &format!("; {} {now} (asked: {})", requirement.what, number(requirement.target));
+    }
+
+    fn pace(&self) -> String {
+        let slots: u32 = self.workers.iter().map(|w| w.slots).sum();
+        let mut line = match (slots, self.realisations_per_min) {
+            (0, _) => "no worker yet".to_owned(),
+            (_, None) => format!("{slots} at a time"),
+            (_, Some(rate)) if rate < 10.0 => format!("{slots} at a time, {rate:.1} a minute"),
+            (_, Some(rate)) => format!("{slots} at a time, {rate:.0} a minute"),
+        };
+        if let Some(eta) = self.eta_s {
+            line += &format!(", about {} left", duration(eta));
         }
         line
     }
 
     /// Several lines for people.
     pub fn text(&self) -> String {
-        let mut text = format!("{}: {}\n  {}\n", self.campaign, self.state.name(), self.pace());
+        let mut text = format!("{}: {}\n  {}\n", self.campaign, self.state.name(), self.extent());
+        if self.state == State::Running {
+            text += &format!("  {}\n", self.pace());
+        }
         text += &self.findings();
         for worker in &self.workers {
             text += &worker.text();
@@ -108,7 +121,7 @@ impl Status {
             text += &format!("  probability of failure {p:.3}{interval}; intervals at {percent} %\n");
         }
         for r in &self.requirements {
-            let now = r.now.map_or("not known yet".to_owned(), number);
+            let now = value(r.now);
             let met = if r.met { "met" } else { "not met" };
             text += &format!("  stopping rule: {} {now}, asked {}: {met}\n", r.what, number(r.target));
         }
@@ -166,6 +179,10 @@ pub fn duration(seconds: f64) -> String {
 
 fn within(interval: Option<[f64; 2]>, unit: &str) -> String {
     interval.map_or(String::new(), |[low, high]| format!(" ({low:.3} to {high:.3}{unit})"))
+}
+
+fn value(now: Option<f64>) -> String {
+    now.map_or("not known yet".to_owned(), number)
 }
 
 /// A number with three digits after the point, or none if it is whole.

@@ -108,18 +108,18 @@ pub(super) fn requirements(
     };
     match rule {
         StopRule::Paper { patience, .. } => vec![Requirement {
-            what: "samples in a row that changed mean and variance little enough".to_owned(),
+            what: "samples in a row that changed little".to_owned(),
             now: Some(streak as f64),
             target: *patience as f64,
             met: streak >= *patience,
         }],
         StopRule::Interval { confidence, mean_half_width: mean, sd_half_width: sd, exceedance } => {
             let mean = mean.map(|most| {
-                at_most("half-width over mean".to_owned(), mean_half_width(moments, *confidence), most)
+                at_most("half-width / mean".to_owned(), mean_half_width(moments, *confidence), most)
             });
             let sd = sd.map(|most| {
                 let now = sd_half_width(moments, *confidence);
-                at_most("half-width over standard deviation".to_owned(), now, most)
+                at_most("half-width / sd".to_owned(), now, most)
             });
             let exceedance = exceedance.iter().zip(hits).map(|(target, &hits)| {
                 let what = format!("half-width of the exceedance of {} m", target.distance_m);

@@ -209,7 +209,7 @@ fn failures_are_outcomes() {
         }),
         Reason::BadMaterial
     );
-    // Strength gone and gravity a thousandfold: material goes through the wall of air above or to the sides.
+    // Thirty times the critical time step: the explicit scheme blows up.
     let wild = failure(&|m| {
         m.analysis.courant_number = 30.0;
         m.analysis.duration_s = 60.0;

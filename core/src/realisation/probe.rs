@@ -84,6 +84,7 @@ fn model() -> Model {
             rest_kinetic_energy_share: 1e-3,
             rest_velocity_m_s: 1e-3,
             rest_hold_s: 0.01,
+            rest_pore_pressure_change_pa: 100.0,
         },
         sample: Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 1e-3 },
         maximum_steps: 1000,

@@ -243,6 +243,10 @@ fn read_frozen(path: &Path) -> Result<FrozenSpec, RunDirectoryError> {
             why: "not found: this is no run directory (make one with `runout run` or `runout serve`)"
                 .to_owned(),
         },
+        io::ErrorKind::NotADirectory => RunDirectoryError::Unreadable {
+            path: path.parent().unwrap_or(&path).to_owned(),
+            why: "it is a file, and a run directory is needed".to_owned(),
+        },
         _ => RunDirectoryError::File { path: path.clone(), error },
     })?;
     serde_json::from_str(&text)

@@ -24,6 +24,7 @@ use clap::{Parser, Subcommand};
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::runtime::Runtime;
@@ -191,13 +192,33 @@ pub fn runtime() -> Result<Runtime, ServeError> {
 }
 
 /// Prints the final status; returns the exit code.
-pub fn finish(status: &Status, json: bool) -> u8 {
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn finish(status: &Status, json: bool) -> Result<u8, Failure> {
     if json {
-        println!("{}", serde_json::to_string_pretty(status).expect("a status is JSON"));
+        print_json(status)?;
     } else {
         eprint!("{}", status.text());
     }
-    status.state.exit_code()
+    Ok(status.state.exit_code())
+}
+
+/// An index from the command line.
+///
+/// # Errors
+/// It is no whole number from 0.
+pub fn index(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "it must be a whole number from 0".to_owned())
+}
+
+/// Writes a file that the user asked for; one that cannot be written where asked is bad input.
+///
+/// # Errors
+/// The system refuses.
+pub fn write_asked(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes)
+        .map_err(|e| Failure::Input(format!("{}: it cannot be written: {e}", path.display())))
 }
 
 /// A positive time from the command line, s.

@@ -53,7 +53,7 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
         let listener = serve::listen(args.listen, false).await?;
         let coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
-            return Ok(finish(&coordinator.shared.status(), args.json));
+            return finish(&coordinator.shared.status(), args.json);
         }
         let url = format!("http://{}", listener.local_addr().map_err(ServeError::from)?);
         let (stop, stopped) = watch::channel(false);
@@ -76,6 +76,6 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
         if !workers.is_finished() {
             workers.await.map_err(anyhow::Error::from)?.ok();
         }
-        Ok(finish(&ended?, args.json))
+        finish(&ended?, args.json)
     })
 }

@@ -60,10 +60,10 @@ pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
         let listener = serve::listen(args.listen, args.insecure).await?;
         let coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
-            return Ok(finish(&coordinator.shared.status(), args.json));
+            return finish(&coordinator.shared.status(), args.json);
         }
         eprintln!("listening on http://{}", listener.local_addr().map_err(ServeError::from)?);
         let status = serve::serve(listener, coordinator, &options, interrupts).await?;
-        Ok(finish(&status, args.json))
+        finish(&status, args.json)
     })
 }

@@ -1,9 +1,8 @@
 //! `runout status`: where a campaign stands, from its coordinator or from its run directory.
 
-use super::{Failure, runtime};
+use super::{Failure, print, print_json, runtime};
 use crate::run_directory;
 use crate::status::{self, State, Status};
-use anyhow::Context;
 use clap::Args;
 use runout_proto::v1::StatusRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
@@ -39,9 +38,9 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
         loop {
             let status = look(&args.target).await?;
             if args.json {
-                println!("{}", serde_json::to_string_pretty(&status).expect("a status is JSON"));
+                print_json(&status)?;
             } else {
-                print!("{}", status.text());
+                print(&status.text())?;
             }
             if !args.watch || status.state != State::Running {
                 return Ok(0);
@@ -51,19 +50,21 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
     })
 }
 
-async fn look(target: &str) -> anyhow::Result<Status> {
+async fn look(target: &str) -> Result<Status, Failure> {
     if target.starts_with("http://") || target.starts_with("https://") {
-        return ask(target).await.with_context(|| format!("{target}: no coordinator answers"));
+        return ask(target)
+            .await
+            .map_err(|e| Failure::Other(e.context(format!("{target}: no coordinator answers"))));
     }
     let path = Path::new(target);
-    let view = run_directory::read(path)?;
+    let view = run_directory::read(path).map_err(|e| Failure::Input(e.to_string()))?;
     if let Some(url) = view.address
         && let Ok(status) = ask(&url).await
         && status.digest == view.spec.digest()
     {
         return Ok(status);
     }
-    status::of_directory(path)
+    Ok(status::of_directory(path)?)
 }
 
 async fn ask(url: &str) -> anyhow::Result<Status> {

@@ -206,14 +206,14 @@ fn convergence(analysis: &Analysis, variance: bool) -> Chart {
         ),
         Series::new(Layer::Line(line), SERIES[0], if variance { "variance" } else { "mean" }),
     ];
-    series.push(Series::unnamed(Layer::Dashed(ending), GREY));
+    series.push(Series::new(Layer::Dashed(ending), GREY, "last value"));
     let label = if variance { "variance of runout (m\u{b2})" } else { "mean runout (m)" };
     let samples = points.last().map_or(1.0, |p| p.samples as f64);
     Chart {
         x: Axis::linear("samples", 0.0, samples),
         y: Axis::linear(label, (low - margin).max(0.0), high + margin),
         series,
-        legend: Corner::UpperRight,
+        legend: Corner::Above,
     }
 }
 

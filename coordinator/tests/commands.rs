@@ -1,4 +1,4 @@
-//! The commands as a user gives them: what they write, print and exit with, on a slope of 44 points.
+//! The commands as a user gives them: what they write, print and exit with, on a slope of 100 points.
 
 use runout::load;
 use runout::run_directory::{Contents, RunDirectory};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
-/// Realisations in the run directory: more rows than a pipe's buffer holds are made by none of these tests but one.
+/// Realisations in the run directory.
 const REALISATIONS: u64 = 8;
 
 /// A folder with a campaign of weak soil, so that most of its slopes fail.

@@ -78,6 +78,9 @@ pub enum SiteError {
         /// The header's names, joined.
         header: String,
     },
+    /// There is nothing in it.
+    #[error("it is empty; a header line and one line a test are needed")]
+    Empty,
     /// The columns are not separated by commas.
     #[error(
         "the header `{header}` has {mark} between its names; columns must be separated by commas, and the decimal mark \
@@ -133,7 +136,7 @@ pub const FEWEST_TESTS: usize = 5;
 /// Reads the columns named in `columns` from CSV text with a header line, and applies `zeros`.
 ///
 /// # Errors
-/// A missing column, columns that are not separated by commas, a row longer than the header, a cell that is not a
+/// An empty text, a missing column, columns that are not separated by commas, a row longer than the header, a cell that is not a
 /// finite number >= 0, or fewer than [`FEWEST_TESTS`] tests.
 pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Result<SiteData, SiteError> {
     let mut reader = csv::ReaderBuilder::new()
@@ -142,6 +145,9 @@ pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Res
         .flexible(true)
         .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
     let header = reader.headers().cloned().unwrap_or_default();
+    if header.is_empty() {
+        return Err(SiteError::Empty);
+    }
     let mut columns = columns.to_vec();
     columns.sort_by_key(|(p, _)| *p);
     let mut places = Vec::with_capacity(columns.len());
@@ -237,6 +243,7 @@ mod tests {
     fn tables_of_other_habits_are_refused_with_advice() {
         let said = |text: &str| parse(text, &columns(), ZeroRule::Keep).unwrap_err().to_string();
         assert!(said("c;phi\n1,5;20\n").starts_with("the header `c;phi` has semicolons between its names"));
+        assert!(said("").starts_with("it is empty"));
         assert!(said("c\tphi\n1\t20\n").contains("has tabs between"));
         assert_eq!(
             said("c,phi\n1,20\n2,5,21\n"),

@@ -62,11 +62,9 @@ impl Series {
 
 /// A place for the legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Corner {
-    /// Upper right.
+pub enum Legend {
+    /// The upper right corner.
     UpperRight,
-    /// Lower left, for curves that fall.
-    LowerLeft,
     /// In a row above the frame, for charts that are full everywhere.
     Above,
 }
@@ -81,7 +79,7 @@ pub struct Chart {
     /// What is drawn, from back to front.
     pub series: Vec<Series>,
     /// Where the legend stands.
-    pub legend: Corner,
+    pub legend: Legend,
 }
 
 impl Draw for Chart {
@@ -114,18 +112,14 @@ impl Chart {
         frame: &Frame,
     ) -> Result<(), PictureError> {
         let count = self.series.len().max(1) as i32;
-        let height = count * LEGEND_LINE_PX;
         for (i, series) in self.series.iter().enumerate() {
             let below_top = 30 + i as i32 * LEGEND_LINE_PX;
             let column = (frame.right - frame.left) / count;
             let (from, y, text_at, anchor) = match self.legend {
-                Corner::UpperRight => {
+                Legend::UpperRight => {
                     (frame.right - 80, frame.top + below_top, frame.right - 96, Anchor::Right)
                 }
-                Corner::LowerLeft => {
-                    (frame.left + 24, frame.bottom - height + below_top - 10, frame.left + 100, Anchor::Left)
-                }
-                Corner::Above => {
+                Legend::Above => {
                     let left = frame.left + i as i32 * column;
                     (left, frame.top - 26, left + 76, Anchor::Left)
                 }

@@ -6,6 +6,7 @@ use super::html::{escape, paragraph};
 use super::page::{interval, metres, optional_interval, percent};
 use crate::table::significant;
 use runout_core::campaign::RunoutMeasure;
+use runout_core::estimate::interval::Interval;
 use runout_core::estimate::{Decision, Estimate};
 use std::fmt::Write as _;
 
@@ -77,7 +78,7 @@ fn answer_in_words(analysis: &Analysis) -> String {
             percent(p),
             optional_interval(estimate.p_failure_interval, percent),
             metres(mean),
-            optional_interval(estimate.mean_interval_m, |v| format!("{} m", metres(v))),
+            metres_interval(estimate.mean_interval_m),
             tail_in_words(analysis),
         ),
     }
@@ -94,7 +95,7 @@ fn tail_in_words(analysis: &Analysis) -> String {
             Some(format!(
                 "{word} goes beyond {} m ({}{})",
                 metres(fitted.best_m),
-                optional_interval(fitted.interval_m, |v| format!("{} m", metres(v))),
+                metres_interval(fitted.interval_m),
                 support_in_words(distance),
             ))
         })
@@ -103,6 +104,10 @@ fn tail_in_words(analysis: &Analysis) -> String {
         true => "There are too few samples to speak of rarer, longer slides.".to_owned(),
         false => format!("{}.", parts.join(", ")),
     }
+}
+
+fn metres_interval(found: Option<Interval>) -> String {
+    found.map_or_else(|| optional_interval(None, metres), |i| format!("{} m", interval(i, metres)))
 }
 
 fn support_in_words(distance: &Distance) -> String {

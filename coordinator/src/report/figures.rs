@@ -3,7 +3,7 @@
 use super::analysis::Analysis;
 use super::families::{FittedFamily, Method};
 use crate::picture::axes::{Axis, round_ticks};
-use crate::picture::chart::{Chart, Corner, Layer, SERIES, Series};
+use crate::picture::chart::{Chart, Layer, Legend, SERIES, Series};
 use crate::picture::{self, GREY, INK, PictureError};
 use plotters::style::RGBColor;
 use runout_core::marginal::Family;
@@ -51,7 +51,7 @@ pub fn figures(analysis: &Analysis) -> Result<Vec<Figure>, PictureError> {
         "exceedance",
         format!(
             "Probability that the runout exceeds a distance: given failure (curve, with pointwise {percent:.0} % \
-             interval), and of the whole slope, stable realisations included (dashed)."
+             interval), and with the stable realisations included (dashed)."
         ),
         exceedance(analysis, false),
     )?;
@@ -102,7 +102,7 @@ fn histogram(analysis: &Analysis, method: Method) -> Chart {
         x: Axis::linear("runout (m)", 0.0, right),
         y: Axis::linear("probability density (1/m)", 0.0, 1.05 * top),
         series,
-        legend: Corner::UpperRight,
+        legend: Legend::UpperRight,
     }
 }
 
@@ -153,7 +153,7 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
         Series::new(
             Layer::Dashed(steps(start, points.iter().map(|p| (p.distance_m, p.unconditional)))),
             INK,
-            "of the whole slope",
+            "stable included",
         ),
     ];
     let fitted = analysis.families.iter().filter(|f| f.method == Method::Likelihood);
@@ -163,11 +163,11 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
             series.push(Series::new(Layer::Line(points), colour(family.family), family.family.name()));
         }
     }
-    let (y, legend) = match logarithmic {
-        true => (Axis::logarithmic("probability of exceedance", low, 1.0), Corner::LowerLeft),
-        false => (Axis::linear("probability of exceedance", 0.0, 1.0), Corner::UpperRight),
+    let y = match logarithmic {
+        true => Axis::logarithmic("probability of exceedance", low, 1.0),
+        false => Axis::linear("probability of exceedance", 0.0, 1.0),
     };
-    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend }
+    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend: Legend::UpperRight }
 }
 
 /// The corners of a falling step function that is `start` before the first point.
@@ -213,7 +213,7 @@ fn convergence(analysis: &Analysis, variance: bool) -> Chart {
         x: Axis::linear("samples", 0.0, samples),
         y: Axis::linear(label, (low - margin).max(0.0), high + margin),
         series,
-        legend: Corner::Above,
+        legend: Legend::Above,
     }
 }
 

@@ -16,11 +16,11 @@ h3{font-size:1.05rem;margin:1.6rem 0 .4rem}
 p{margin:.5rem 0;max-width:48rem}
 .lead{color:var(--grey);margin-bottom:1.5rem}
 .answer{background:var(--panel);border-left:4px solid var(--accent);padding:.9rem 1.2rem;margin:1rem 0}
-.answer p{margin:.35rem 0}
+.answer p{margin:.35rem 0;max-width:none}
 .answer strong{font-size:1.15em}
 .numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(7.2rem,1fr));gap:.75rem;margin:1.2rem 0}
 .numbers div{background:var(--panel);padding:.7rem .9rem}
-.numbers b{display:block;font-size:1.35rem;font-weight:600;font-variant-numeric:tabular-nums}
+.numbers b{display:block;white-space:nowrap;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span{color:var(--grey);font-size:.85rem}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;font-size:.87rem;font-variant-numeric:tabular-nums;margin:.6rem 0 1rem}
@@ -38,7 +38,7 @@ code,pre{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-s
 pre{background:var(--panel);padding:.8rem 1rem;overflow-x:auto}
 code{overflow-wrap:anywhere}
 @media print{:root{--ink:#000;--page:#fff;--panel:#f3f3f3;--grid:#ccc;--grey:#444}
-body{max-width:none;padding:0;font-size:10.5pt}h2{break-after:avoid}table{break-inside:avoid}.scroll{overflow:visible}}
+body{max-width:none;padding:0;font-size:10.5pt}h2,h3{break-after:avoid}tr{break-inside:avoid}thead{display:table-header-group}.scroll{overflow:visible}}
 ";
 
 /// Significant digits of the numbers of [`from_table`].
@@ -113,7 +113,9 @@ pub fn figure(svg: &str, caption: &str) -> String {
     let embedded = without_size(&svg[start..])
         .replace("#1F2328", "currentColor")
         .replace("#6E7781", "var(--grey)")
-        .replace("#D8DCE0", "var(--grid)");
+        .replace("#D8DCE0", "var(--grid)")
+        // Lighter on a dark page.
+        .replace("#0072B2", "var(--accent)");
     format!(
         "<figure role=\"img\" aria-label=\"{0}\">{embedded}<figcaption>{0}</figcaption></figure>\n",
         escape(caption)

@@ -16,8 +16,10 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 const CAMPAIGN_FILE: &str = "campaign.toml";
-const SITE_FILE: &str = "site.csv";
-const SPEC_FILE: &str = "spec.json";
+/// The site table as given.
+pub(crate) const SITE_FILE: &str = "site.csv";
+/// The frozen spec.
+pub(crate) const SPEC_FILE: &str = "spec.json";
 const ADDRESS_FILE: &str = "coordinator.addr";
 const LOCK_FILE: &str = "coordinator.lock";
 /// What may lie in a directory that becomes a run directory: what a creation that was cut short leaves.

@@ -1,6 +1,6 @@
 //! The commands as a user gives them: what they write, print and exit with, on a slope of 100 points.
 
-use runout::load;
+use runout::load::{self, Loaded};
 use runout::run_directory::{Contents, RunDirectory};
 use runout::store::Store;
 use runout::store::log::{Entry, Record};
@@ -209,6 +209,22 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
     }
+}
+
+#[test]
+fn a_run_directory_can_be_given_as_a_campaign_whatever_its_table_was_called() {
+    let desk = Desk::new();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good");
+    let text = std::fs::read_to_string(fixtures.join("measured.toml")).expect("the fixture is there");
+    std::fs::write(desk.path("mine.toml"), text.replace("site.csv", "laboratory.csv"))
+        .expect("it can be written");
+    std::fs::copy(fixtures.join("site.csv"), desk.path("laboratory.csv")).expect("it can be written");
+    let loaded = load::load(&desk.path("mine.toml")).expect("the fixture is sound");
+    let Loaded { campaign_text, site_text, spec, .. } = &loaded;
+    let contents = Contents { campaign_text, site_text: site_text.as_deref(), spec };
+    drop(RunDirectory::open(&desk.path("run"), contents).expect("the folder is new"));
+    let again = load::load(&desk.path("run/campaign.toml")).expect("the table is beside it");
+    assert_eq!(again.spec.digest(), loaded.spec.digest());
 }
 
 #[test]

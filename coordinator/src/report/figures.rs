@@ -8,8 +8,8 @@ use crate::picture::{self, GREY, INK, PictureError};
 use plotters::style::RGBColor;
 use runout_core::marginal::Family;
 
-/// Abscissae of a smooth curve.
-const CURVE_POINTS: usize = 240;
+/// Abscissae of a smooth curve: more would show the rounding to whole pixels as a tremble.
+const CURVE_POINTS: usize = 96;
 
 /// A chart as SVG with the name of its file and its caption.
 #[derive(Debug, Clone)]
@@ -141,7 +141,7 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
     let start = analysis.estimate.p_failure.unwrap_or(1.0);
     let mut series = vec![
         Series::new(
-            Layer::Band(std::iter::once((0.0, 1.0, 1.0)).chain(band).collect()),
+            Layer::Band(band_steps(band)),
             SERIES[0],
             format!("{:.0} % interval", analysis.estimate.confidence * 100.0),
         ),
@@ -177,6 +177,17 @@ fn steps(start: f64, points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)
     for (x, y) in points {
         corners.extend([(x, before), (x, y)]);
         before = y;
+    }
+    corners
+}
+
+/// The corners of a band whose ends hold from each point to the next, as the curve between them does.
+fn band_steps(points: impl Iterator<Item = (f64, f64, f64)>) -> Vec<(f64, f64, f64)> {
+    let mut corners = vec![(0.0, 1.0, 1.0)];
+    let mut before = (1.0, 1.0);
+    for (x, low, high) in points {
+        corners.extend([(x, before.0, before.1), (x, low, high)]);
+        before = (low, high);
     }
     corners
 }

@@ -101,6 +101,7 @@ fn spec(formulation: Formulation) -> Spec {
             rest_kinetic_energy_share: 1e-3,
             rest_velocity_m_s: 1e-3,
             rest_hold_s: 0.5,
+            rest_pore_pressure_change_pa: 500.0,
         },
         sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1 },
         maximum_steps: 1_000_000,

@@ -5,8 +5,9 @@
 //!
 //! * Maximum displacement: the largest |u| (what the paper calls runout distance).
 //! * 99.9 % quantile: of |u| over the points, linear between order statistics (Hyndman & Fan 1996, type 7).
-//! * Toe advance: front of the contiguous material above toe level, less the initial toe (x = 0). Contiguous are the
-//!   points in occupied grid cells that are joined through cell sides to the slope's own body; sprayed points are not.
+//! * Toe advance: front of the contiguous material that started above toe level, less the initial toe (x = 0).
+//!   Contiguous are the points above toe level in occupied grid cells that are joined through cell sides to the slope's
+//!   own body; sprayed points are not, and a foundation that heaves in front of the toe does not advance it.
 //! * Crest retreat: largest distance behind the crest edge at which a point of the original ground surface moved
 //!   more than the threshold.
 //! * Moved area: present volume of the points with |u| above the threshold.
@@ -54,7 +55,7 @@ pub fn measure(
 
     let contiguous = contiguous(moved, &slope::grid(slope, mesh));
     let joined = || (0..moved.x.len()).filter(|&i| contiguous[i]);
-    let front = joined().map(|i| moved.x[i] + half).fold(0.0, f64::max);
+    let front = joined().filter(|&i| moved.y0[i] >= 0.0).map(|i| moved.x[i] + half).fold(0.0, f64::max);
     let height = joined()
         .filter(|&i| moved.x[i] >= 0.0 && moved.x[i] < mesh.cell_size_m)
         .map(|i| moved.y[i] + half)

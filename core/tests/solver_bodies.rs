@@ -378,8 +378,7 @@ fn hydrostatic_column_rests() {
     let state = body.state();
     let largest = state.y.iter().zip(&start).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(largest < 1e-6, "{largest}");
-    for i in 0..start.len() {
-        let expected = 9810.0 * (height - start[i]);
-        assert!((state.pressure[i] - expected).abs() < 1e-6 * 9810.0 * height, "point {i}");
+    for (pressure, y) in state.pressure.iter().zip(&start) {
+        assert!((pressure - 9810.0 * (height - y)).abs() < 1e-6 * 9810.0 * height, "at {y} m");
     }
 }

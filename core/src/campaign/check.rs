@@ -435,6 +435,10 @@ fn check_analysis(raw: &AnalysisSection) -> Checked<Analysis> {
         )?,
         rest_velocity_m_s: non_negative("analysis.rest_velocity_m_s", raw.rest_velocity_m_s)?,
         rest_hold_s: non_negative("analysis.rest_hold_s", raw.rest_hold_s)?,
+        rest_pore_pressure_change_pa: positive(
+            "analysis.rest_pore_pressure_change_kpa",
+            raw.rest_pore_pressure_change_kpa,
+        )? * PA_PER_KPA,
     })
 }
 

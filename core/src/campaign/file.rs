@@ -243,6 +243,9 @@ pub struct AnalysisSection {
     pub rest_velocity_m_s: f64,
     /// How long a rule for rest must hold, s.
     pub rest_hold_s: f64,
+    /// Rest, absolute, two phases: at its present rate the pore pressure (root mean square over the points) would
+    /// change by less than this in the time left, kPa.
+    pub rest_pore_pressure_change_kpa: f64,
 }
 
 /// `[sample]`

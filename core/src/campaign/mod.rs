@@ -347,6 +347,9 @@ pub struct Analysis {
     pub rest_velocity_m_s: f64,
     /// How long a rule for rest must hold, s.
     pub rest_hold_s: f64,
+    /// Rest, absolute, two phases: change of pore pressure (root mean square over the points) in the time left, at its
+    /// present rate, below which it has settled, Pa.
+    pub rest_pore_pressure_change_pa: f64,
 }
 
 /// Which measure is the runout.

@@ -5,6 +5,7 @@ use super::block::Block;
 use super::kernel::{Kernel, dispatch};
 use super::momentum::Balance;
 use super::nodes::Nodes;
+use super::rest::Stand;
 use super::setup::{InitialPoints, Setup};
 use super::soil::Elastic;
 use super::sort;
@@ -201,6 +202,15 @@ impl Body {
             positions[original as usize] = [block.x.0[place % 8], block.y.0[place % 8]];
         }
         positions
+    }
+
+    /// What the rule for rest looks at.
+    pub(super) fn stand(&self) -> Stand {
+        let mut pressures = vec![0.0; self.order.len()];
+        for (place, &original) in self.order.iter().enumerate() {
+            pressures[original as usize] = self.arena.blocks[place / 8].pressure.0[place % 8];
+        }
+        Stand { positions: self.positions(), pressures }
     }
 
     /// The points' state in their original order.

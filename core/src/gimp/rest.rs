@@ -6,9 +6,10 @@
 //!
 //! Absolute, for slopes that stand: over [`QUIET_WINDOWS`] windows of `hold_s` in a row the points have moved, in the
 //! root mean square, by less than a limiting velocity times the window, and in the later half no more than in the
-//! earlier. What this rule sees is net movement: an undamped slope rings elastically at some mm/s for ever without going
-//! anywhere. The patience is for wet slopes: suction holds them at first, and they fail when it dissipates (a two-phase
-//! slope that ran 3 m had moved at less than 1 mm/s between 0.5 and 1 s).
+//! earlier; and the pore pressure has settled: at the last window's rate it would change by less than a limit in the
+//! time that is left. What this rule sees is net movement: an undamped slope rings elastically at some mm/s for ever
+//! without going anywhere. Pore pressure must settle because suction holds wet slopes at first, and they fail when it
+//! dissipates: a two-phase slope that ran 3.6 m had moved at less than 0.5 mm/s between 0.5 and 2 s.
 
 /// How many windows in a row must be quiet for the absolute rule; even.
 const QUIET_WINDOWS: usize = 4;
@@ -22,6 +23,17 @@ pub struct RestRule {
     pub velocity_m_s: f64,
     /// How long the relative rule must hold, and the length of a window of the absolute one, s.
     pub hold_s: f64,
+    /// Change of pore pressure (root mean square over the points) in the time left below which it has settled, Pa.
+    pub pressure_change_pa: f64,
+}
+
+/// What the absolute rule looks at where a window ends, in the points' original order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Stand {
+    /// Positions, m.
+    pub(super) positions: Vec<[f64; 2]>,
+    /// Pore pressures, Pa.
+    pub(super) pressures: Vec<f64>,
 }
 
 /// Follows an analysis and tells when it has come to rest.
@@ -34,33 +46,34 @@ pub(super) struct RestWatch {
     /// Since when the relative rule has held, s.
     quiet_since: Option<f64>,
     window_start: f64,
-    /// Positions at the start of the window, m.
-    window_positions: Vec<[f64; 2]>,
+    /// As it was at the start of the window.
+    window_stand: Stand,
     /// Starts (s) and net velocities (m/s) of the quiet windows that have just passed without a break.
     quiet: Vec<(f64, f64)>,
 }
 
 impl RestWatch {
-    /// Starts at time 0 with these positions of points of `mass` (kg per m of width) altogether.
-    pub(super) fn new(rule: RestRule, mass: f64, positions: Vec<[f64; 2]>) -> RestWatch {
+    /// Starts at time 0 from `stand`, with points of `mass` (kg per m of width) altogether.
+    pub(super) fn new(rule: RestRule, mass: f64, stand: Stand) -> RestWatch {
         RestWatch {
             rule,
             failed_energy: 0.5 * mass * rule.velocity_m_s * rule.velocity_m_s / rule.kinetic_energy_share,
             largest_energy: 0.0,
             quiet_since: None,
             window_start: 0.0,
-            window_positions: positions,
+            window_stand: stand,
             quiet: Vec::new(),
         }
     }
 
-    /// Takes in the kinetic energy (J per m) at `time_s` and, where a window ends, the positions; if a rule has held
-    /// long enough, since when.
+    /// Takes in the kinetic energy (J per m) at `time_s`, with `left_s` to go, and how things stand where a window
+    /// ends; if a rule has held long enough, since when.
     pub(super) fn observe(
         &mut self,
         time_s: f64,
+        left_s: f64,
         kinetic_energy: f64,
-        positions: impl FnOnce() -> Vec<[f64; 2]>,
+        stand: impl FnOnce() -> Stand,
     ) -> Option<f64> {
         self.largest_energy = self.largest_energy.max(kinetic_energy);
         let failed = self.largest_energy > self.failed_energy;
@@ -75,22 +88,25 @@ impl RestWatch {
         if time_s - self.window_start < self.rule.hold_s {
             return None;
         }
-        self.end_window(time_s, positions())
+        self.end_window(time_s, left_s, stand())
     }
 
     /// The absolute rule, where a window ends.
-    fn end_window(&mut self, time_s: f64, now: Vec<[f64; 2]>) -> Option<f64> {
-        let velocity = net_velocity(&self.window_positions, &now, time_s - self.window_start);
+    fn end_window(&mut self, time_s: f64, left_s: f64, now: Stand) -> Option<f64> {
+        let window_s = time_s - self.window_start;
+        let velocity = net_velocity(&self.window_stand.positions, &now.positions, window_s);
+        let change_pa = pressure_rate(&self.window_stand.pressures, &now.pressures, window_s) * left_s;
         if velocity < self.rule.velocity_m_s {
             self.quiet.push((self.window_start, velocity));
         } else {
             self.quiet.clear();
         }
-        (self.window_start, self.window_positions) = (time_s, now);
+        (self.window_start, self.window_stand) = (time_s, now);
         let last = &self.quiet[self.quiet.len().saturating_sub(QUIET_WINDOWS)..];
         let sum = |part: &[(f64, f64)]| part.iter().map(|(_, velocity)| velocity).sum::<f64>();
         let (earlier, later) = last.split_at(last.len() / 2);
-        (last.len() == QUIET_WINDOWS && sum(later) <= sum(earlier)).then(|| self.quiet[0].0)
+        let quiet = last.len() == QUIET_WINDOWS && sum(later) <= sum(earlier);
+        (quiet && change_pa < self.rule.pressure_change_pa).then(|| self.quiet[0].0)
     }
 }
 
@@ -107,16 +123,30 @@ pub fn net_velocity(before: &[[f64; 2]], after: &[[f64; 2]], time_s: f64) -> f64
     (square / before.len() as f64).sqrt() / time_s
 }
 
+/// Root mean square over the points of the change of pore pressure over time, Pa/s; 0 of nothing.
+fn pressure_rate(before: &[f64], after: &[f64], time_s: f64) -> f64 {
+    if time_s <= 0.0 || before.is_empty() {
+        return 0.0;
+    }
+    let square: f64 = before.iter().zip(after).map(|(a, b)| (b - a) * (b - a)).sum();
+    (square / before.len() as f64).sqrt() / time_s
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const RULE: RestRule = RestRule { kinetic_energy_share: 1e-3, velocity_m_s: 1e-3, hold_s: 0.5 };
+    const RULE: RestRule =
+        RestRule { kinetic_energy_share: 1e-3, velocity_m_s: 1e-3, hold_s: 0.5, pressure_change_pa: 500.0 };
+
+    fn at(x: f64, pressure: f64) -> Stand {
+        Stand { positions: vec![[x, 0.0]], pressures: vec![pressure] }
+    }
 
     #[test]
     fn a_slide_is_at_rest_half_a_second_after_its_energy_fell_below_the_share() {
-        let mut watch = RestWatch::new(RULE, 1.0, vec![[0.0; 2]]);
-        let mut observe = |t: f64, energy: f64| watch.observe(t, energy, || vec![[t, 0.0]]);
+        let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
+        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, || at(t, 0.0));
         assert_eq!(observe(1.0, 100.0), None);
         assert_eq!(observe(2.0, 0.05), None);
         assert_eq!(observe(2.2, 0.2), None, "above the share again: the wait starts anew");
@@ -127,17 +157,17 @@ mod tests {
     #[test]
     fn a_kick_that_dies_away_is_no_failure() {
         // 0.03 m/s at most: a thousandth of the energy is less than 1 mm/s.
-        let mut watch = RestWatch::new(RULE, 2.0, vec![[0.0; 2]]);
-        let mut observe = |t: f64, energy: f64| watch.observe(t, energy, || vec![[t, 0.0]]);
+        let mut watch = RestWatch::new(RULE, 2.0, at(0.0, 0.0));
+        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, || at(t, 0.0));
         assert_eq!(observe(0.1, 0.9e-3), None);
         assert_eq!(observe(0.2, 1e-9), None);
         assert_eq!(observe(0.9, 1e-9), None);
     }
 
     fn rest_after(positions: &[f64]) -> Option<(usize, f64)> {
-        let mut watch = RestWatch::new(RULE, 1.0, vec![[0.0; 2]]);
+        let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
         positions.iter().enumerate().find_map(|(window, &x)| {
-            let since = watch.observe(0.5 * (window + 1) as f64, 1.0, || vec![[x, 0.0]]);
+            let since = watch.observe(0.5 * (window + 1) as f64, 10.0, 1.0, || at(x, 0.0));
             since.map(|since| (window, since))
         })
     }
@@ -151,5 +181,16 @@ mod tests {
     fn a_slope_that_lies_quiet_and_then_creeps_faster_is_not() {
         assert_eq!(rest_after(&[2e-3, 2.1e-3, 2.3e-3, 2.6e-3, 3e-3, 4e-3, 6e-3]), None);
         assert_eq!(rest_after(&[2e-3, 2.1e-3, 2.2e-3, 4e-3, 4.1e-3]), None, "a window of 3.6 mm/s between");
+    }
+
+    #[test]
+    fn a_quiet_slope_whose_pore_pressure_still_changes_is_not() {
+        // 100 Pa a window of 0.5 s: 2 kPa in the ten seconds left, 0.4 kPa in the last two.
+        let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
+        let rest = (1..=20).find(|&window| {
+            let time = 0.5 * f64::from(window);
+            watch.observe(time, 10.0 - time, 1.0, || at(0.0, 100.0 * f64::from(window))).is_some()
+        });
+        assert_eq!(rest, Some(16));
     }
 }

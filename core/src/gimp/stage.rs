@@ -42,7 +42,7 @@ const LAST_STEP_SHARE: f64 = 1e-12;
 pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> ControlFlow<()>) -> End {
     let start = body.time_s();
     let first_step = body.steps();
-    let mut watch = limits.rest.map(|rule| RestWatch::new(rule, body.total_mass(), body.positions()));
+    let mut watch = limits.rest.map(|rule| RestWatch::new(rule, body.total_mass(), body.stand()));
     loop {
         let left = limits.duration_s - (body.time_s() - start);
         if left <= LAST_STEP_SHARE * limits.duration_s {
@@ -62,9 +62,10 @@ pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> Cont
             return End::Stopped;
         }
         let time = body.time_s() - start;
-        if let Some(since_s) =
-            watch.as_mut().and_then(|w| w.observe(time, report.kinetic_energy_j, || body.positions()))
-        {
+        let left = limits.duration_s - time;
+        let since_s =
+            watch.as_mut().and_then(|w| w.observe(time, left, report.kinetic_energy_j, || body.stand()));
+        if let Some(since_s) = since_s {
             return End::AtRest { since_s };
         }
     }

@@ -154,6 +154,7 @@ impl Prepared {
             kinetic_energy_share: analysis.rest_kinetic_energy_share,
             velocity_m_s: analysis.rest_velocity_m_s,
             hold_s: analysis.rest_hold_s,
+            pressure_change_pa: analysis.rest_pore_pressure_change_pa,
         };
         let limits = Limits {
             duration_s: analysis.duration_s,

@@ -121,7 +121,7 @@ mod tests {
         table.row(["frank", "-11.5"]);
         table.row(["no16", "8.25"]);
         table.row(["x", "-"]);
-        assert_eq!(table.render(), "family     AIC\nfrank   -11.5\nno16      8.25\nx           -\n");
+        assert_eq!(table.render(), "family     AIC\nfrank   -11.5\nno16      8.25\nx            -\n");
     }
 
     #[test]

@@ -258,7 +258,13 @@ fn read_frozen(path: &Path) -> Result<FrozenSpec, RunDirectoryError> {
 fn read_spec(path: &Path) -> Result<Spec, RunDirectoryError> {
     let frozen = read_frozen(path)?;
     let unreadable = |why: String| RunDirectoryError::Unreadable { path: path.join(SPEC_FILE), why };
-    let spec = Spec::from_json(&frozen.spec.to_string()).map_err(|e: SpecError| unreadable(e.to_string()))?;
+    let build = runout_proto::identity::build();
+    let spec = Spec::from_json(&frozen.spec.to_string()).map_err(|e: SpecError| {
+        unreadable(match frozen.build == build {
+            true => e.to_string(),
+            false => format!("{e}; it was written by build {}, and this is build {build}", frozen.build),
+        })
+    })?;
     if spec.digest() != frozen.digest {
         return Err(unreadable("its digest is not the spec's: the file was changed".to_owned()));
     }

@@ -5,6 +5,7 @@
 use runout_core::campaign::{
     Campaign, Formulation, GroundSurface, InitialPorePressure, RunoutMeasure, StopRule, VolumetricStrain,
 };
+use runout_core::estimate::interval;
 
 /// A field changes by about a standard deviation over a scale of fluctuation: fewer points than this across it see
 /// noise rather than a field.
@@ -17,6 +18,20 @@ const CREST_IN_HEIGHTS: f64 = 1.0;
 const FEWEST_CELLS_A_HEIGHT: f64 = 15.0;
 /// The paper's rule fires by chance without some patience: at a median of 67 samples for the mean's part alone.
 const LEAST_PATIENCE: u64 = 10;
+
+/// Coefficient of variation of runout before any is known: the paper's two examples have 0.46 and 0.64.
+pub const LIKELY_VARIATION: f64 = 0.5;
+
+/// Slides that the interval rule is likely to need: the half-width z cv / sqrt(n) of the mean and, for samples as
+/// normal ones, z / sqrt(2 n) of the standard deviation, both relative. Absent for the paper's rule, which is met by
+/// chance, and for a rule of exceedances alone, whose probabilities nobody knows beforehand.
+pub fn likely_samples(rule: &StopRule) -> Option<u64> {
+    let StopRule::Interval { confidence, mean_half_width, sd_half_width, .. } = rule else { return None };
+    let z = interval::two_sided_z(*confidence);
+    let of_mean = mean_half_width.map(|width| (z * LIKELY_VARIATION / width).powi(2));
+    let of_sd = sd_half_width.map(|width| 0.5 * (z / width).powi(2));
+    of_mean.into_iter().chain(of_sd).reduce(f64::max).map(|n| n.ceil() as u64)
+}
 
 /// What may be wrong although it is allowed.
 pub fn warnings(campaign: &Campaign) -> Vec<String> {
@@ -32,6 +47,15 @@ pub fn warnings(campaign: &Campaign) -> Vec<String> {
                 scale / spacing
             ));
         }
+    }
+    if let Some(samples) =
+        likely_samples(&campaign.stop.rule).filter(|n| *n > campaign.stop.maximum_realisations)
+    {
+        warnings.push(format!(
+            "stop.maximum_realisations = {} is less than the about {samples} slides that the rule is likely to need: the \
+             campaign may end without convergence",
+            campaign.stop.maximum_realisations
+        ));
     }
     let slope = &model.slope;
     if slope.runout_plain_m < ROOM_IN_HEIGHTS * slope.height_m {
@@ -126,4 +150,23 @@ pub fn choices(campaign: &Campaign) -> Vec<String> {
         model.mesh.points_per_cell_side * model.mesh.points_per_cell_side
     ));
     choices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_likely_number_is_that_of_the_widest_interval() {
+        let rule = |mean_half_width, sd_half_width| StopRule::Interval {
+            confidence: 0.95,
+            mean_half_width,
+            sd_half_width,
+            exceedance: Vec::new(),
+        };
+        // (1.95996 * 0.5 / 0.05)^2 = 384.1 and (1.95996 / 0.15)^2 / 2 = 85.4.
+        assert_eq!(likely_samples(&rule(Some(0.05), Some(0.15))), Some(385));
+        assert_eq!(likely_samples(&rule(None, Some(0.15))), Some(86));
+        assert_eq!(likely_samples(&rule(None, None)), None);
+    }
 }

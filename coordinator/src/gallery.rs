@@ -224,7 +224,10 @@ fn result_in_words(model: &Model, outcome: &Outcome) -> String {
         (Some(measures), OutcomeKind::Stable) => {
             format!("stable ({:.3} m)", model.sample.measure.of(measures))
         }
-        (Some(measures), _) => format!("runout {:.2} m", model.sample.measure.of(measures)),
+        (Some(measures), _) => {
+            let at_least = if outcome.reason == Reason::StillMoving { "at least " } else { "" };
+            format!("runout {at_least}{:.2} m", model.sample.measure.of(measures))
+        }
         (None, _) => format!("failed analysis ({})", outcome.reason.name()),
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Every message names the file, and what is wrong in it down to key and value or line and column.
 
+use crate::run_directory::{SITE_FILE, SPEC_FILE};
 use runout_core::campaign::{self, Campaign, CampaignError};
 use runout_core::fit::{self, Fit, FitError};
 use runout_core::site::{self, SiteData, SiteError};
@@ -114,7 +115,7 @@ pub fn read(path: &Path) -> Result<Inputs, LoadError> {
     let (site, site_text) = match &campaign.site {
         None => (None, None),
         Some(section) => {
-            let table = path.parent().unwrap_or(Path::new("")).join(&section.data);
+            let table = table_of(path.parent().unwrap_or(Path::new("")), &section.data);
             let text = read_text(&table)?;
             let data = site::parse(&text, &section.columns, section.zeros)
                 .map_err(|error| LoadError::Site { path: table, error })?;
@@ -137,7 +138,7 @@ pub fn load_texts(
         .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
     let site = match (&campaign.site, &site_text) {
         (Some(section), Some(text)) => {
-            let table = path.with_file_name("site.csv");
+            let table = path.with_file_name(SITE_FILE);
             Some(
                 site::parse(text, &section.columns, section.zeros)
                     .map_err(|error| LoadError::Site { path: table, error })?,
@@ -145,11 +146,18 @@ pub fn load_texts(
         }
         (Some(_), None) => {
             let why = "there is no such file, and the campaign needs it".to_owned();
-            return Err(LoadError::Unreadable { path: path.with_file_name("site.csv"), why });
+            return Err(LoadError::Unreadable { path: path.with_file_name(SITE_FILE), why });
         }
         (None, _) => None,
     };
     fit_and_freeze(path, Inputs { campaign, site, campaign_text, site_text })
+}
+
+/// Where the site table of a campaign file in `folder` is. A run directory keeps its table under a name of its own,
+/// whatever the campaign file, kept as written, calls it.
+fn table_of(folder: &Path, named: &str) -> PathBuf {
+    let kept = folder.join(SITE_FILE);
+    if folder.join(SPEC_FILE).is_file() && kept.is_file() { kept } else { folder.join(named) }
 }
 
 fn read_text(path: &Path) -> Result<String, LoadError> {

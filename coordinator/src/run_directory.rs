@@ -17,8 +17,10 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 const CAMPAIGN_FILE: &str = "campaign.toml";
-const SITE_FILE: &str = "site.csv";
-const SPEC_FILE: &str = "spec.json";
+/// The site table as given.
+pub(crate) const SITE_FILE: &str = "site.csv";
+/// The frozen spec.
+pub(crate) const SPEC_FILE: &str = "spec.json";
 const ADDRESS_FILE: &str = "coordinator.addr";
 const LOCK_FILE: &str = "coordinator.lock";
 /// What may lie in a directory that becomes a run directory: what a creation that was cut short leaves.
@@ -247,6 +249,10 @@ fn read_frozen(path: &Path) -> Result<FrozenSpec, RunDirectoryError> {
             why: "not found: this is no run directory (make one with `runout run` or `runout serve`)"
                 .to_owned(),
         },
+        io::ErrorKind::NotADirectory => RunDirectoryError::Unreadable {
+            path: path.parent().unwrap_or(&path).to_owned(),
+            why: "it is a file, and a run directory is needed".to_owned(),
+        },
         _ => RunDirectoryError::File { path: path.clone(), error },
     })?;
     serde_json::from_str(&text)
@@ -256,7 +262,13 @@ fn read_frozen(path: &Path) -> Result<FrozenSpec, RunDirectoryError> {
 fn read_spec(path: &Path) -> Result<Spec, RunDirectoryError> {
     let frozen = read_frozen(path)?;
     let unreadable = |why: String| RunDirectoryError::Unreadable { path: path.join(SPEC_FILE), why };
-    let spec = Spec::from_json(&frozen.spec.to_string()).map_err(|e: SpecError| unreadable(e.to_string()))?;
+    let build = runout_proto::identity::build();
+    let spec = Spec::from_json(&frozen.spec.to_string()).map_err(|e: SpecError| {
+        unreadable(match frozen.build == build {
+            true => e.to_string(),
+            false => format!("{e}; it was written by build {}, and this is build {build}", frozen.build),
+        })
+    })?;
     if spec.digest() != frozen.digest {
         return Err(unreadable("its digest is not the spec's: the file was changed".to_owned()));
     }

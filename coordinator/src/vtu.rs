@@ -69,10 +69,14 @@ impl Appended {
     /// Announces an array in `head` and appends its bytes.
     fn array(&mut self, head: &mut String, kind: &str, name: &str, components: usize, bytes: Vec<u8>) {
         let offset = self.bytes.len();
+        // One is what a reader takes where the number is left out; some readers make a matrix of a stated one.
+        let components = match components {
+            1 => String::new(),
+            n => format!(" NumberOfComponents=\"{n}\""),
+        };
         let _ = writeln!(
             head,
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{offset}\"/>"
+            "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"appended\" offset=\"{offset}\"/>"
         );
         self.bytes.extend((bytes.len() as u64).to_le_bytes());
         self.bytes.extend(bytes);

@@ -78,8 +78,34 @@ pub enum SiteError {
         /// The header's names, joined.
         header: String,
     },
+    /// There is nothing in it.
+    #[error("it is empty; a header line and one line a test are needed")]
+    Empty,
+    /// The columns are not separated by commas.
+    #[error(
+        "the header `{header}` has {mark} between its names; columns must be separated by commas, and the decimal mark \
+         must be a point"
+    )]
+    Separator {
+        /// The header line.
+        header: String,
+        /// What separates the columns there.
+        mark: &'static str,
+    },
+    /// A row has cells beyond the header's last column, as decimal commas make them.
+    #[error(
+        "line {line}: {found} cells under a header of {expected}; is there a decimal comma? The decimal mark must be a point"
+    )]
+    LongRow {
+        /// Line in the file, the header being line 1.
+        line: usize,
+        /// Cells in the row.
+        found: usize,
+        /// Names in the header.
+        expected: usize,
+    },
     /// A cell is not a finite number at or above zero.
-    #[error("line {line}, column `{column}`: `{value}` is not a number in [0, inf)")]
+    #[error("line {line}, column `{column}`: `{value}` is not a number in [0, inf){hint}")]
     BadCell {
         /// Line in the file, the header being line 1.
         line: usize,
@@ -87,6 +113,8 @@ pub enum SiteError {
         column: String,
         /// The text found.
         value: String,
+        /// What to do about it, or nothing.
+        hint: &'static str,
     },
     /// Not a table: broken quoting, for example.
     #[error("{0}")]
@@ -108,7 +136,8 @@ pub const FEWEST_TESTS: usize = 5;
 /// Reads the columns named in `columns` from CSV text with a header line, and applies `zeros`.
 ///
 /// # Errors
-/// A missing column, a cell that is not a finite number >= 0, or fewer than [`FEWEST_TESTS`] tests.
+/// An empty text, a missing column, columns that are not separated by commas, a row longer than the header, a cell that is not a
+/// finite number >= 0, or fewer than [`FEWEST_TESTS`] tests.
 pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Result<SiteData, SiteError> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
@@ -116,14 +145,14 @@ pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Res
         .flexible(true)
         .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
     let header = reader.headers().cloned().unwrap_or_default();
+    if header.is_empty() {
+        return Err(SiteError::Empty);
+    }
     let mut columns = columns.to_vec();
     columns.sort_by_key(|(p, _)| *p);
     let mut places = Vec::with_capacity(columns.len());
     for (_, name) in &columns {
-        let place = header.iter().position(|h| h == name).ok_or_else(|| SiteError::MissingColumn {
-            column: name.clone(),
-            header: header.iter().collect::<Vec<_>>().join(", "),
-        })?;
+        let place = header.iter().position(|h| h == name).ok_or_else(|| missing_column(name, &header))?;
         places.push(place);
     }
 
@@ -131,6 +160,10 @@ pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Res
     for record in reader.records() {
         let cells = record.map_err(|e| SiteError::Table(e.to_string()))?;
         let line = cells.position().map_or(0, |p| p.line() as usize);
+        // Read by place, such a row would give wrong numbers in silence.
+        if cells.iter().skip(header.len()).any(|cell| !cell.is_empty()) {
+            return Err(SiteError::LongRow { line, found: cells.len(), expected: header.len() });
+        }
         let mut row = Vec::with_capacity(columns.len());
         for (&place, (_, name)) in places.iter().zip(&columns) {
             row.push(read_cell(line, name, cells.get(place).unwrap_or(""))?);
@@ -153,10 +186,23 @@ pub fn parse(text: &str, columns: &[(Property, String)], zeros: ZeroRule) -> Res
     Ok(SiteData { properties: columns.into_iter().map(|(p, _)| p).collect(), values })
 }
 
+fn missing_column(name: &str, header: &csv::StringRecord) -> SiteError {
+    let joined = header.iter().collect::<Vec<_>>().join(", ");
+    let other = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(mark, _)| joined.contains(*mark));
+    match other {
+        Some((_, mark)) => SiteError::Separator { header: joined.replace('\t', " "), mark },
+        None => SiteError::MissingColumn { column: name.to_owned(), header: joined },
+    }
+}
+
 fn read_cell(line: usize, column: &str, text: &str) -> Result<f64, SiteError> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err(SiteError::BadCell { line, column: column.to_owned(), value: text.to_owned() }),
+        _ => {
+            let comma = text.replacen(',', ".", 1).parse::<f64>().is_ok();
+            let hint = if comma { "; the decimal mark must be a point" } else { "" };
+            Err(SiteError::BadCell { line, column: column.to_owned(), value: text.to_owned(), hint })
+        }
     }
 }
 
@@ -191,5 +237,25 @@ mod tests {
         assert_eq!(error.to_string(), "line 4, column `phi`: `22x` is not a number in [0, inf)");
         let error = parse("a,b\n1,2\n", &columns(), ZeroRule::Keep).unwrap_err();
         assert_eq!(error.to_string(), "column `c` is missing; the header has a, b");
+    }
+
+    #[test]
+    fn tables_of_other_habits_are_refused_with_advice() {
+        let said = |text: &str| parse(text, &columns(), ZeroRule::Keep).unwrap_err().to_string();
+        assert!(said("c;phi\n1,5;20\n").starts_with("the header `c;phi` has semicolons between its names"));
+        assert!(said("").starts_with("it is empty"));
+        assert!(said("c\tphi\n1\t20\n").contains("has tabs between"));
+        assert_eq!(
+            said("c,phi\n1,20\n2,5,21\n"),
+            "line 3: 3 cells under a header of 2; is there a decimal comma? The decimal mark must be a point"
+        );
+        assert!(said("c,phi\n\"2,5\",21\n").ends_with("[0, inf); the decimal mark must be a point"));
+    }
+
+    #[test]
+    fn line_ends_of_other_systems_and_empty_last_cells_change_nothing() {
+        let data = parse(TABLE, &columns(), ZeroRule::Keep).unwrap();
+        assert_eq!(parse(&TABLE.replace('\n', "\r\n"), &columns(), ZeroRule::Keep).unwrap(), data);
+        assert_eq!(parse(&TABLE.replace('\n', ",\n"), &columns(), ZeroRule::Keep).unwrap(), data);
     }
 }

@@ -1,7 +1,7 @@
 //! `runout bench`: the speed of fields and solver on one core of this machine.
 
 use super::analysis::{kernel, prepare, watch};
-use super::{Failure, print, print_json};
+use super::{Failure, print, print_json, seconds};
 use crate::load;
 use crate::table::{list, significant};
 use clap::Args;
@@ -10,18 +10,19 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// `runout bench CAMPAIGN [--json]`
+/// `runout bench CAMPAIGN [--seconds S] [--json]`
 #[derive(Debug, Args)]
 pub struct BenchArguments {
     /// Campaign file
     campaign: PathBuf,
+    /// Start whole realisations for this long, s; the one under way is finished, and at least two are timed
+    #[arg(long, value_name = "S", default_value = "20", value_parser = seconds)]
+    seconds: Duration,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
 
-/// Whole realisations are timed until this much time is spent; the one under way is finished.
-const SOLVER_TIME: Duration = Duration::from_secs(20);
 /// At least this many realisations: the first one computes the gravity stage that the others share.
 const FEWEST_REALISATIONS: u64 = 2;
 /// Fields are timed for this long.
@@ -42,7 +43,7 @@ struct Document {
 pub(super) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let loaded = load::load(&arguments.campaign)?;
     let prepared = prepare(&loaded.spec)?;
-    let document = measure(&prepared)?;
+    let document = measure(&prepared, arguments.seconds)?;
     if arguments.json {
         print_json(&document)?;
     } else {
@@ -61,12 +62,12 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn measure(prepared: &Prepared) -> Result<Document, Failure> {
+fn measure(prepared: &Prepared, solver_time: Duration) -> Result<Document, Failure> {
     let field_ms = field_ms(prepared);
     let begun = Instant::now();
     let (mut steps, mut wall_s, mut realisations) = (0, 0.0, 0);
     let mut later_wall_s = 0.0;
-    while realisations < FEWEST_REALISATIONS || begun.elapsed() < SOLVER_TIME {
+    while realisations < FEWEST_REALISATIONS || begun.elapsed() < solver_time {
         let watched = watch(prepared, Source::Index(realisations), f64::INFINITY, &mut |_| {})?;
         steps += watched.steps;
         wall_s += watched.wall_s;

@@ -44,6 +44,8 @@ struct Document {
     steps_at_most: Option<u64>,
     steps_per_s: f64,
     seconds_per_realisation_at_most: Option<f64>,
+    /// Samples that the stopping rule is likely to need, under the assumption of [`advice::likely_samples`].
+    likely_samples: Option<u64>,
     peak_memory_mib: Option<f64>,
     warnings: Vec<String>,
     choices: Vec<String>,
@@ -86,6 +88,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
         steps_at_most,
         steps_per_s: speed.steps_per_s,
         seconds_per_realisation_at_most: steps_at_most.map(|steps| steps as f64 / speed.steps_per_s),
+        likely_samples: advice::likely_samples(&loaded.campaign.stop.rule),
         peak_memory_mib: peak_memory_mib(),
         warnings,
         choices: advice::choices(&loaded.campaign),
@@ -117,7 +120,17 @@ fn text(path: &str, document: &Document) -> String {
         document.steps_at_most.map_or_else(|| "-".to_owned(), |s| s.to_string()),
     );
     row("steps per s, one core", significant(document.steps_per_s, 3));
-    row("seconds per realisation, at most", or_dash(document.seconds_per_realisation_at_most));
+    let longest = or_dash(document.seconds_per_realisation_at_most);
+    row("seconds per realisation, at most", format!("{longest} (stable slopes end early)"));
+    if let Some(samples) = document.likely_samples {
+        let assumed = advice::LIKELY_VARIATION;
+        row(
+            "slides that the rule needs, about",
+            format!(
+                "{samples} (if runout has a coefficient of variation of {assumed}; stable slopes come on top)"
+            ),
+        );
+    }
     row("memory of one realisation, MiB", or_dash(document.peak_memory_mib));
     let mut text = format!("{path}: sound\n\n{}", list(&rows));
     for (title, lines) in

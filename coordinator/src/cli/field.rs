@@ -1,7 +1,7 @@
 //! `runout field`: the random fields of one realisation as a table, a ParaView file or a picture.
 
 use super::analysis::prepare;
-use super::{Failure, print};
+use super::{Failure, index, print, write_asked};
 use crate::gallery::{edge_units, fields};
 use crate::load;
 use crate::picture;
@@ -18,7 +18,7 @@ pub struct FieldArguments {
     /// Campaign file
     campaign: PathBuf,
     /// Index of the realisation
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = index, allow_negative_numbers = true)]
     index: u64,
     /// File to write: .csv (x, y and the properties at every material point), .vtu (ParaView) or .png (picture)
     #[arg(long, value_name = "FILE")]
@@ -57,7 +57,7 @@ pub(super) fn field(arguments: &FieldArguments) -> Result<(), Failure> {
             picture::png(&picture).map_err(|e| Failure::Work(e.to_string()))?
         }
     };
-    std::fs::write(out, bytes).map_err(|e| Failure::work(out.display(), e))?;
+    write_asked(out, &bytes)?;
     print(&format!("wrote {} ({} points)\n", out.display(), points.len()))?;
     Ok(())
 }

@@ -25,6 +25,7 @@ use clap::{Parser, Subcommand};
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::runtime::Runtime;
@@ -208,6 +209,23 @@ pub fn json_text(document: &impl Serialize) -> Result<String, Failure> {
 /// The system refuses threads.
 pub fn runtime() -> Result<Runtime, ServeError> {
     Ok(tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?)
+}
+
+/// An index from the command line.
+///
+/// # Errors
+/// It is no whole number from 0.
+pub fn index(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "it must be a whole number from 0".to_owned())
+}
+
+/// Writes a file that the user asked for; one that cannot be written where asked is bad input.
+///
+/// # Errors
+/// The system refuses.
+pub fn write_asked(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes)
+        .map_err(|e| Failure::Input(format!("{}: it cannot be written: {e}", path.display())))
 }
 
 /// A positive time from the command line, s.

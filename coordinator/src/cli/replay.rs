@@ -1,9 +1,10 @@
 //! `runout replay`: re-runs one stored realisation from its seed and compares the bits.
 
 use super::analysis::{prepare, watch};
-use super::{Failure, print, run_records::RunRecords};
+use super::{Failure, index, print, run_records::RunRecords};
 use crate::difference;
 use crate::gallery::Gallery;
+use crate::store::log::Record;
 use clap::Args;
 use runout_core::outcome::{Outcome, Reason};
 use runout_core::realisation::Source;
@@ -15,6 +16,7 @@ pub struct ReplayArguments {
     /// Run directory
     dir: PathBuf,
     /// Index of the realisation
+    #[arg(value_parser = index, allow_negative_numbers = true)]
     index: u64,
     /// Write a ParaView series and pictures into this directory
     #[arg(long, value_name = "DIR")]
@@ -28,7 +30,11 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     let ReplayArguments { dir, index, out } = arguments;
     let run = RunRecords::read(dir)?;
     let record = run.view.records.iter().find(|r| r.outcome.index == *index).ok_or_else(|| {
-        Failure::Input(format!("{}: realisation {index} is not stored there", dir.display()))
+        Failure::Input(format!(
+            "{}: realisation {index} is not stored there; {}",
+            dir.display(),
+            stored_in_words(&run.view.records)
+        ))
     })?;
     if record.outcome.reason == Reason::Poison {
         return Err(Failure::Input(format!(
@@ -37,7 +43,8 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     }
     let prepared = prepare(&run.view.spec)?;
     let failed = |e: crate::gallery::GalleryError| Failure::Work(e.to_string());
-    let mut gallery = out.as_deref().map(Gallery::new).transpose().map_err(failed)?;
+    let refused = |e: crate::gallery::GalleryError| Failure::Input(e.to_string());
+    let mut gallery = out.as_deref().map(Gallery::new).transpose().map_err(refused)?;
     let every_s = if gallery.is_some() { EVERY_S } else { f64::INFINITY };
     let watched = watch(&prepared, Source::Index(*index), every_s, &mut |snapshot| {
         if let Some(gallery) = &mut gallery {
@@ -55,6 +62,19 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
     compare(*index, &record.outcome, &watched.outcome)?;
     print(&format!("realisation {index}: the same bits, digest {}\n", watched.outcome.digest))?;
     Ok(())
+}
+
+/// Which indices there are to choose from.
+fn stored_in_words(records: &[Record]) -> String {
+    match (records.first(), records.last()) {
+        (Some(first), Some(last)) => format!(
+            "it holds {} realisations with indices from {} to {}",
+            records.len(),
+            first.outcome.index,
+            last.outcome.index
+        ),
+        _ => "it holds no realisation yet".to_owned(),
+    }
 }
 
 fn compare(index: u64, stored: &Outcome, found: &Outcome) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! `runout simulate`: one analysis, with pictures and a ParaView series if asked for.
 
 use super::analysis::{Watched, prepare, watch};
-use super::{Failure, print, print_json};
+use super::{Failure, index, print, print_json};
 use crate::gallery::Gallery;
 use crate::load;
 use crate::table::{list, significant};
@@ -33,7 +33,7 @@ pub struct SimulateArguments {
 #[group(required = true, multiple = false)]
 struct SourceArguments {
     /// The realisation with this index
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = index, allow_negative_numbers = true)]
     index: Option<u64>,
     /// Every random property at its distribution's mean
     #[arg(long)]
@@ -78,7 +78,8 @@ pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
         Source::Deterministic => format!("{}, mean properties", loaded.campaign.name),
     };
     let failed = |e: crate::gallery::GalleryError| Failure::Work(e.to_string());
-    let mut gallery = arguments.out.as_deref().map(Gallery::new).transpose().map_err(failed)?;
+    let refused = |e: crate::gallery::GalleryError| Failure::Input(e.to_string());
+    let mut gallery = arguments.out.as_deref().map(Gallery::new).transpose().map_err(refused)?;
     let every_s = if gallery.is_some() { arguments.every } else { f64::INFINITY };
     let watched = watch(&prepared, source, every_s, &mut |snapshot| {
         if let Some(gallery) = &mut gallery {

@@ -4,6 +4,7 @@ use super::{Anchor, Canvas, GRID, INK, PictureError, TEXT_PX};
 use plotters::backend::DrawingBackend;
 
 const TICK_PX: i32 = 10;
+const MINOR_TICK_PX: i32 = 6;
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +56,16 @@ impl Axis {
             return (first..=last).map(|e| 10f64.powi(e)).collect();
         }
         round_ticks(self.low, self.high, most)
+    }
+
+    /// Values between the ticks of a logarithmic axis: 2 to 9 times each power of ten; none on a linear axis.
+    pub fn minor_ticks(&self) -> Vec<f64> {
+        if !self.logarithmic {
+            return Vec::new();
+        }
+        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
+        let within = |v: &f64| (self.low..=self.high).contains(v);
+        decades.flat_map(|e| (2..10).map(move |k| f64::from(k) * 10f64.powi(e))).filter(within).collect()
     }
 
     /// A tick's label.
@@ -119,7 +130,7 @@ impl Frame {
     /// # Errors
     /// The backend's.
     pub fn draw<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>, grid: bool) -> Result<(), PictureError> {
-        let most_x = ((self.right - self.left) / 180).clamp(2, 12) as usize;
+        let most_x = ((self.right - self.left) / 130).clamp(2, 12) as usize;
         let most_y = ((self.bottom - self.top) / 90).clamp(2, 8) as usize;
         let xs = self.x.ticks(most_x);
         let ys = self.y.ticks(most_y);
@@ -142,6 +153,10 @@ impl Frame {
             canvas.path(vec![(self.left - TICK_PX, py), (self.left, py)], INK, 2)?;
             let text = self.y.tick_text(y, step(&ys));
             canvas.text(&text, (self.left - TICK_PX - 8, py), TEXT_PX, INK, Anchor::Right)?;
+        }
+        for y in self.y.minor_ticks() {
+            let py = self.y_px(y).round() as i32;
+            canvas.path(vec![(self.left - MINOR_TICK_PX, py), (self.left, py)], INK, 2)?;
         }
         let middle = ((self.left + self.right) / 2, self.bottom + TICK_PX + TEXT_PX as i32 * 2);
         canvas.text(&self.x.label, middle, TEXT_PX, INK, Anchor::Centre)?;
@@ -170,5 +185,7 @@ mod tests {
         let axis = Axis::logarithmic("p", 1e-3, 1.0).percent();
         let texts: Vec<String> = axis.ticks(8).iter().map(|t| axis.tick_text(*t, 1.0)).collect();
         assert_eq!(texts, ["0.1 %", "1 %", "10 %", "100 %"]);
+        assert_eq!(axis.minor_ticks().len(), 3 * 8);
+        assert!(Axis::linear("x", 0.0, 1.0).minor_ticks().is_empty());
     }
 }

@@ -49,29 +49,24 @@ pub struct Series {
     pub layer: Layer,
     /// Colour.
     pub colour: RGBColor,
-    /// Name in the legend; none leaves it out.
-    pub name: Option<String>,
+    /// Name in the legend.
+    pub name: String,
 }
 
 impl Series {
     /// A named series.
     pub fn new(layer: Layer, colour: RGBColor, name: impl Into<String>) -> Series {
-        Series { layer, colour, name: Some(name.into()) }
-    }
-
-    /// A series that the legend leaves out.
-    pub fn unnamed(layer: Layer, colour: RGBColor) -> Series {
-        Series { layer, colour, name: None }
+        Series { layer, colour, name: name.into() }
     }
 }
 
-/// A corner of the frame.
+/// A place for the legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Corner {
-    /// Upper right.
+pub enum Legend {
+    /// The upper right corner.
     UpperRight,
-    /// Lower left, for curves that fall.
-    LowerLeft,
+    /// In a row above the frame, for charts that are full everywhere.
+    Above,
 }
 
 /// A chart.
@@ -84,7 +79,7 @@ pub struct Chart {
     /// What is drawn, from back to front.
     pub series: Vec<Series>,
     /// Where the legend stands.
-    pub legend: Corner,
+    pub legend: Legend,
 }
 
 impl Draw for Chart {
@@ -116,17 +111,17 @@ impl Chart {
         canvas: &Canvas<'_, B>,
         frame: &Frame,
     ) -> Result<(), PictureError> {
-        let named: Vec<(&Series, &str)> =
-            self.series.iter().filter_map(|s| s.name.as_deref().map(|n| (s, n))).collect();
-        let height = named.len() as i32 * LEGEND_LINE_PX;
-        for (i, (series, name)) in named.into_iter().enumerate() {
+        let count = self.series.len().max(1) as i32;
+        for (i, series) in self.series.iter().enumerate() {
             let below_top = 30 + i as i32 * LEGEND_LINE_PX;
+            let column = (frame.right - frame.left) / count;
             let (from, y, text_at, anchor) = match self.legend {
-                Corner::UpperRight => {
+                Legend::UpperRight => {
                     (frame.right - 80, frame.top + below_top, frame.right - 96, Anchor::Right)
                 }
-                Corner::LowerLeft => {
-                    (frame.left + 24, frame.bottom - height + below_top - 10, frame.left + 100, Anchor::Left)
+                Legend::Above => {
+                    let left = frame.left + i as i32 * column;
+                    (left, frame.top - 26, left + 76, Anchor::Left)
                 }
             };
             let line = [(from, y), (from + 60, y)];
@@ -138,7 +133,7 @@ impl Chart {
                 Layer::Dashed(_) => canvas.dashed(&line, series.colour, 4, DASH)?,
                 Layer::Marks(_) => cross(canvas, (from + 30, y), series.colour)?,
             }
-            canvas.text(name, (text_at, y), TEXT_PX, INK, anchor)?;
+            canvas.text(&series.name, (text_at, y), TEXT_PX, INK, anchor)?;
         }
         Ok(())
     }

@@ -29,7 +29,7 @@ pub struct SoilPicture<'a> {
     pub title: String,
     /// Second line, smaller.
     pub subtitle: String,
-    /// Ground surface before the slide, m; empty for none.
+    /// Ground surface before the slide, m; empty where nothing has moved.
     pub ground: Vec<(f64, f64)>,
     /// Elevation of the rigid base, m.
     pub base_m: f64,
@@ -114,7 +114,9 @@ impl SoilPicture<'_> {
             y: Axis::linear("elevation (m)", y0, y1),
         };
         let base = frame.y_px(self.base_m).round() as i32;
-        for size in [UNDERLAY, OVERLAP] {
+        // Soil that has not moved has no gaps to fill.
+        let sizes: &[f64] = if self.ground.is_empty() { &[OVERLAP] } else { &[UNDERLAY, OVERLAP] };
+        for size in sizes {
             self.draw_points(canvas, panel, &frame, size * self.point_size_m / 2.0)?;
         }
         canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
@@ -139,6 +141,8 @@ impl SoilPicture<'_> {
                 continue;
             }
             let from = (frame.x_px(x - half).round() as i32, frame.y_px(y + half).round() as i32);
+            // Squares are a little larger than their points' share: the wall is where they end.
+            let from = (from.0.max(frame.left), from.1);
             let to = (frame.x_px(x + half).round() as i32, frame.y_px(y - half).round() as i32);
             let to = (to.0.max(from.0 + 1), to.1.max(from.1 + 1));
             canvas.rectangle(from, to, colour(panel, value), 1.0)?;

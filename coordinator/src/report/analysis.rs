@@ -61,6 +61,8 @@ pub struct Distance {
     pub empirical: EmpiricalDistance,
     /// By the fitted families, given failure.
     pub fitted: Option<Sensitivity>,
+    /// Samples beyond the best family's distance; absent without a fitted family.
+    pub beyond: Option<u64>,
     /// By the best family at the same probability of the whole slope, stable realisations included, m; absent if the
     /// slope fails more rarely than that.
     pub unconditional_m: Option<f64>,
@@ -86,6 +88,10 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
             probability,
             empirical: exceedance::empirical_distance(&samples_m, probability, estimate.confidence),
             fitted: families::distance(&families, i),
+            beyond: best.map(|family| {
+                let distance_m = family.distance_m(probability);
+                samples_m.iter().filter(|sample| **sample > distance_m).count() as u64
+            }),
             unconditional_m: best
                 .zip(estimate.p_failure)
                 .filter(|(_, p)| *p > probability)

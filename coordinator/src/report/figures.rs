@@ -3,13 +3,13 @@
 use super::analysis::Analysis;
 use super::families::{FittedFamily, Method};
 use crate::picture::axes::{Axis, round_ticks};
-use crate::picture::chart::{Chart, Corner, Layer, SERIES, Series};
+use crate::picture::chart::{Chart, Layer, Legend, SERIES, Series};
 use crate::picture::{self, GREY, INK, PictureError};
 use plotters::style::RGBColor;
 use runout_core::marginal::Family;
 
-/// Abscissae of a smooth curve.
-const CURVE_POINTS: usize = 240;
+/// Abscissae of a smooth curve: more would show the rounding to whole pixels as a tremble.
+const CURVE_POINTS: usize = 96;
 
 /// A chart as SVG with the name of its file and its caption.
 #[derive(Debug, Clone)]
@@ -51,7 +51,7 @@ pub fn figures(analysis: &Analysis) -> Result<Vec<Figure>, PictureError> {
         "exceedance",
         format!(
             "Probability that the runout exceeds a distance: given failure (curve, with pointwise {percent:.0} % \
-             interval), and of the whole slope, stable realisations included (dashed)."
+             interval), and with the stable realisations included (dashed)."
         ),
         exceedance(analysis, false),
     )?;
@@ -102,7 +102,7 @@ fn histogram(analysis: &Analysis, method: Method) -> Chart {
         x: Axis::linear("runout (m)", 0.0, right),
         y: Axis::linear("probability density (1/m)", 0.0, 1.05 * top),
         series,
-        legend: Corner::UpperRight,
+        legend: Legend::UpperRight,
     }
 }
 
@@ -141,7 +141,7 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
     let start = analysis.estimate.p_failure.unwrap_or(1.0);
     let mut series = vec![
         Series::new(
-            Layer::Band(std::iter::once((0.0, 1.0, 1.0)).chain(band).collect()),
+            Layer::Band(band_steps(band)),
             SERIES[0],
             format!("{:.0} % interval", analysis.estimate.confidence * 100.0),
         ),
@@ -153,7 +153,7 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
         Series::new(
             Layer::Dashed(steps(start, points.iter().map(|p| (p.distance_m, p.unconditional)))),
             INK,
-            "of the whole slope",
+            "stable included",
         ),
     ];
     let fitted = analysis.families.iter().filter(|f| f.method == Method::Likelihood);
@@ -163,11 +163,11 @@ fn exceedance(analysis: &Analysis, logarithmic: bool) -> Chart {
             series.push(Series::new(Layer::Line(points), colour(family.family), family.family.name()));
         }
     }
-    let (y, legend) = match logarithmic {
-        true => (Axis::logarithmic("probability of exceedance", low, 1.0), Corner::LowerLeft),
-        false => (Axis::linear("probability of exceedance", 0.0, 1.0), Corner::UpperRight),
+    let y = match logarithmic {
+        true => Axis::logarithmic("probability of exceedance", low, 1.0),
+        false => Axis::linear("probability of exceedance", 0.0, 1.0),
     };
-    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend }
+    Chart { x: Axis::linear("runout (m)", 0.0, right), y: y.percent(), series, legend: Legend::UpperRight }
 }
 
 /// The corners of a falling step function that is `start` before the first point.
@@ -177,6 +177,17 @@ fn steps(start: f64, points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)
     for (x, y) in points {
         corners.extend([(x, before), (x, y)]);
         before = y;
+    }
+    corners
+}
+
+/// The corners of a band whose ends hold from each point to the next, as the curve between them does.
+fn band_steps(points: impl Iterator<Item = (f64, f64, f64)>) -> Vec<(f64, f64, f64)> {
+    let mut corners = vec![(0.0, 1.0, 1.0)];
+    let mut before = (1.0, 1.0);
+    for (x, low, high) in points {
+        corners.extend([(x, before.0, before.1), (x, low, high)]);
+        before = (low, high);
     }
     corners
 }
@@ -206,14 +217,14 @@ fn convergence(analysis: &Analysis, variance: bool) -> Chart {
         ),
         Series::new(Layer::Line(line), SERIES[0], if variance { "variance" } else { "mean" }),
     ];
-    series.push(Series::unnamed(Layer::Dashed(ending), GREY));
+    series.push(Series::new(Layer::Dashed(ending), GREY, "last value"));
     let label = if variance { "variance of runout (m\u{b2})" } else { "mean runout (m)" };
     let samples = points.last().map_or(1.0, |p| p.samples as f64);
     Chart {
         x: Axis::linear("samples", 0.0, samples),
         y: Axis::linear(label, (low - margin).max(0.0), high + margin),
         series,
-        legend: Corner::UpperRight,
+        legend: Legend::Above,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The few pieces of HTML that the report is made of, and its style sheet.
 
-use crate::table::Table;
+use crate::table::{Table, significant};
 use std::fmt::Display;
 
 /// Style sheet: readable on a screen, light or dark, and on paper.
@@ -16,18 +16,19 @@ h3{font-size:1.05rem;margin:1.6rem 0 .4rem}
 p{margin:.5rem 0;max-width:48rem}
 .lead{color:var(--grey);margin-bottom:1.5rem}
 .answer{background:var(--panel);border-left:4px solid var(--accent);padding:.9rem 1.2rem;margin:1rem 0}
-.answer p{margin:.35rem 0}
+.answer p{margin:.35rem 0;max-width:none}
 .answer strong{font-size:1.15em}
-.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(8rem,1fr));gap:.75rem;margin:1.2rem 0}
+.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(7.2rem,1fr));gap:.75rem;margin:1.2rem 0}
 .numbers div{background:var(--panel);padding:.7rem .9rem}
-.numbers b{display:block;font-size:1.35rem;font-weight:600;font-variant-numeric:tabular-nums}
+.numbers b{display:block;white-space:nowrap;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span{color:var(--grey);font-size:.85rem}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;font-size:.87rem;font-variant-numeric:tabular-nums;margin:.6rem 0 1rem}
 th,td{padding:.28rem .6rem;text-align:right;border-bottom:1px solid var(--grid);white-space:nowrap}
-th{font-weight:600;color:var(--grey)}
+th{font-weight:600;color:var(--grey);white-space:normal;vertical-align:bottom}
 th:first-child,td:first-child{text-align:left;padding-left:0}
-td.text{text-align:left;white-space:normal}
+th.text,td.text{text-align:left}
+td.long{text-align:left;white-space:normal;min-width:12rem}
 tr.best td{font-weight:600}
 figure{margin:1rem 0;break-inside:avoid}
 figure svg{display:block;width:100%;height:auto;color:var(--ink)}
@@ -37,8 +38,13 @@ code,pre{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-s
 pre{background:var(--panel);padding:.8rem 1rem;overflow-x:auto}
 code{overflow-wrap:anywhere}
 @media print{:root{--ink:#000;--page:#fff;--panel:#f3f3f3;--grid:#ccc;--grey:#444}
-body{max-width:none;padding:0;font-size:10.5pt}h2{break-after:avoid}table{break-inside:avoid}.scroll{overflow:visible}}
+body{max-width:none;padding:0;font-size:10.5pt}h2,h3{break-after:avoid}tr{break-inside:avoid}thead{display:table-header-group}.scroll{overflow:visible}}
 ";
+
+/// Significant digits of the numbers of [`from_table`].
+const DIGITS: i32 = 6;
+/// A cell with more characters is broken into lines.
+const LONG_CELL: usize = 40;
 
 /// `text` with the characters that mean something in HTML replaced.
 pub fn escape(text: &str) -> String {
@@ -53,21 +59,34 @@ pub fn paragraph(html: impl Display) -> String {
 /// A table of plain text; rows for which the flag is set stand out.
 pub fn table(header: &[&str], rows: &[(bool, Vec<String>)]) -> String {
     let mut html = String::from("<div class=\"scroll\"><table><thead><tr>");
-    for name in header {
-        html.push_str(&format!("<th>{}</th>", escape(name)));
+    let is_text: Vec<bool> = (0..header.len()).map(|column| is_text(rows, column)).collect();
+    let class = |column: usize, cell: &str| match is_text.get(column) {
+        _ if cell.chars().count() > LONG_CELL => " class=\"long\"",
+        Some(true) => " class=\"text\"",
+        _ => "",
+    };
+    for (column, name) in header.iter().enumerate() {
+        html.push_str(&format!("<th{}>{}</th>", class(column, ""), escape(name)));
     }
     html.push_str("</tr></thead><tbody>\n");
     for (stands_out, cells) in rows {
         html.push_str(if *stands_out { "<tr class=\"best\">" } else { "<tr>" });
-        for cell in cells {
-            html.push_str(&format!("<td>{}</td>", escape(cell)));
+        for (column, cell) in cells.iter().enumerate() {
+            html.push_str(&format!("<td{}>{}</td>", class(column, cell), escape(cell)));
         }
         html.push_str("</tr>\n");
     }
     html + "</tbody></table></div>\n"
 }
 
-/// A text table as HTML; rows whose first cell is a star stand out.
+/// Whether a column holds words: it is set to the left then.
+fn is_text(rows: &[(bool, Vec<String>)], column: usize) -> bool {
+    let mut cells =
+        rows.iter().filter_map(|(_, row)| row.get(column)).filter(|cell| !cell.is_empty()).peekable();
+    cells.peek().is_some() && cells.all(|cell| cell.starts_with(char::is_alphabetic))
+}
+
+/// A text table as HTML, its numbers with fewer digits, as a page needs no more; rows whose first cell is a star stand out.
 pub fn from_table(table: &Table) -> String {
     let mut header: Vec<&str> = table.header().iter().map(String::as_str).collect();
     if table.rows().iter().any(|row| row.len() > header.len() && !row[header.len()].is_empty()) {
@@ -76,9 +95,16 @@ pub fn from_table(table: &Table) -> String {
     let rows: Vec<(bool, Vec<String>)> = table
         .rows()
         .iter()
-        .map(|row| (row[0] == "*", row.iter().take(header.len()).cloned().collect()))
+        .map(|row| (row[0] == "*", row.iter().take(header.len()).map(|cell| shortened(cell)).collect()))
         .collect();
     self::table(&header, &rows)
+}
+
+fn shortened(cell: &str) -> String {
+    match cell.parse::<f64>() {
+        Ok(value) if cell.contains('.') => significant(value, DIGITS),
+        _ => cell.to_owned(),
+    }
 }
 
 /// A figure: an SVG document embedded so that it takes the page's colours and width.
@@ -87,7 +113,9 @@ pub fn figure(svg: &str, caption: &str) -> String {
     let embedded = without_size(&svg[start..])
         .replace("#1F2328", "currentColor")
         .replace("#6E7781", "var(--grey)")
-        .replace("#D8DCE0", "var(--grid)");
+        .replace("#D8DCE0", "var(--grid)")
+        // Lighter on a dark page.
+        .replace("#0072B2", "var(--accent)");
     format!(
         "<figure role=\"img\" aria-label=\"{0}\">{embedded}<figcaption>{0}</figcaption></figure>\n",
         escape(caption)

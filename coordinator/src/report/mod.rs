@@ -1,9 +1,10 @@
 //! The report: one self-contained page, and its figures as SVG.
 //!
-//! [`analysis`] makes the numbers ([`families`] the fitted tails), [`figures`] the charts, `page` and `inputs` the
-//! text. The same run directory gives the same page, byte for byte: it bears no date.
+//! [`analysis`] makes the numbers ([`families`] the fitted tails), [`figures`] the charts, `answer`, `page`
+//! and `inputs` the text. The same run directory gives the same page, byte for byte: it bears no date.
 
 pub mod analysis;
+mod answer;
 pub mod families;
 pub mod figures;
 pub mod html;

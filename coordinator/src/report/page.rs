@@ -1,16 +1,16 @@
-//! The page: plain words first, then the numbers and figures they rest on.
+//! The page: the answer in plain words first (see `answer`), then the numbers and figures it rests on.
 
 use super::analysis::Analysis;
 use super::figures::Figure;
 use super::html::{STYLE, escape, figure, paragraph, table};
-use super::{Material, inputs};
+use super::{Material, answer, inputs};
 use crate::table::significant;
-use runout_core::campaign::{RunoutMeasure, StopRule};
-use runout_core::estimate::Decision;
+use runout_core::campaign::StopRule;
 use runout_core::estimate::interval::Interval;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Failed and still moving realisations that are named one by one; the results table has them all.
+/// Realisations of one kind and reason that are named one by one; the results table has them all.
 const MOST_NAMED: usize = 60;
 
 /// The whole document.
@@ -24,7 +24,7 @@ pub(super) fn page(material: &Material<'_>, analysis: &Analysis, figures: &[Figu
         analysis.estimate.realisations,
         &material.spec.digest()[..12]
     );
-    html.push_str(&answer(material, analysis));
+    html.push_str(&answer::answer(material, analysis));
     html.push_str(&cards(analysis));
     section(&mut html, "How far", &how_far(analysis, figures));
     section(&mut html, "The samples and their distribution", &samples(analysis, figures));
@@ -38,128 +38,6 @@ pub(super) fn page(material: &Material<'_>, analysis: &Analysis, figures: &[Figu
 
 fn section(html: &mut String, title: &str, content: &str) {
     let _ = write!(html, "<section><h2>{title}</h2>\n{content}</section>\n");
-}
-
-/// What was asked, the answer, what it rests on.
-fn answer(material: &Material<'_>, analysis: &Analysis) -> String {
-    let slope = &material.campaign.model.slope;
-    let estimate = &analysis.estimate;
-    let tests = material.fit.tests.map_or_else(
-        || "the given distributions".to_owned(),
-        |n| format!("the {n} laboratory tests from the site"),
-    );
-    let mut html = String::from("<div class=\"answer\">\n");
-    html.push_str(&paragraph(format!(
-        "<b>Asked:</b> how far does this slope, {} m high at {}\u{b0}, run when it fails, if its soil varies as {tests} \
-         say?",
-        significant(slope.height_m, 4),
-        significant(slope.angle_rad.to_degrees(), 4),
-    )));
-    let answer = match (estimate.p_failure, estimate.mean_m) {
-        (None, _) => "<b>Answer:</b> none yet: no realisation has been decided.".to_owned(),
-        (Some(_), None) => format!(
-            "<b>Answer:</b> in none of {} realisations did the slope fail (interval of the probability of failure: {}).",
-            estimate.stable,
-            optional_interval(estimate.p_failure_interval, percent),
-        ),
-        (Some(p), Some(mean)) => format!(
-            "<b>Answer:</b> the slope fails in <strong>{}</strong> of realisations ({}). When it fails, it runs \
-             <strong>{} m</strong> on average ({}). {}",
-            percent(p),
-            optional_interval(estimate.p_failure_interval, percent),
-            metres(mean),
-            optional_interval(estimate.mean_interval_m, |v| format!("{} m", metres(v))),
-            tail_in_words(analysis),
-        ),
-    };
-    html.push_str(&paragraph(answer));
-    html.push_str(&paragraph(format!("<b>It rests on</b> {}", rests_on(material, analysis))));
-    for note in material.notes {
-        html.push_str(&paragraph(format!("<b>Note:</b> {}", escape(note))));
-    }
-    html + "</div>\n"
-}
-
-fn tail_in_words(analysis: &Analysis) -> String {
-    let words = [(0.1, "One slide in ten"), (0.01, "one in a hundred"), (0.001, "one in a thousand")];
-    let parts: Vec<String> = analysis
-        .distances
-        .iter()
-        .zip(words)
-        .filter_map(|(distance, (_, word))| {
-            let fitted = distance.fitted.as_ref()?;
-            Some(format!(
-                "{word} goes beyond {} m ({})",
-                metres(fitted.best_m),
-                optional_interval(fitted.interval_m, |v| format!("{} m", metres(v)))
-            ))
-        })
-        .collect();
-    match parts.is_empty() {
-        true => "There are too few samples to speak of rarer, longer slides.".to_owned(),
-        false => format!("{}.", parts.join(", ")),
-    }
-}
-
-fn rests_on(material: &Material<'_>, analysis: &Analysis) -> String {
-    let estimate = &analysis.estimate;
-    let mut text = format!(
-        "{} samples of runout among {} realisations; every interval is at the {:.0} % level. {}",
-        estimate.samples,
-        estimate.realisations,
-        100.0 * estimate.confidence,
-        decision_in_words(analysis.decision),
-    );
-    let _ = write!(text, " Runout is the {}.", measure_in_words(material.campaign.model.sample.measure));
-    if estimate.still_moving > 0 {
-        let _ = write!(
-            text,
-            " {} samples still moved when their analysis ended: their runout is a lower bound.",
-            estimate.still_moving
-        );
-    }
-    if estimate.failed > 0 {
-        let _ = write!(
-            text,
-            " {} analyses failed; they are counted and in no estimate, and the probability of failure is that of \
-             the others.",
-            estimate.failed
-        );
-    }
-    if let Some(best) = analysis.families.iter().find(|f| f.best) {
-        let _ = write!(
-            text,
-            " Distances at small probabilities extrapolate by the {} distribution, the best of four by AIC; the \
-             table below says what the others give.",
-            best.family.name()
-        );
-    }
-    text
-}
-
-fn decision_in_words(decision: Decision) -> String {
-    match decision {
-        Decision::Continue => "The stopping rule is not met yet.".to_owned(),
-        Decision::Converged { realisations, .. } => {
-            format!("The stopping rule was met at realisation {realisations}.")
-        }
-        Decision::Maximum => {
-            "The campaign stopped at its maximum number of realisations; its stopping rule is not met."
-                .to_owned()
-        }
-        Decision::Aborted { index, reason } => format!(
-            "The campaign was ended by the failed analysis of realisation {index} ({}).",
-            reason.name()
-        ),
-    }
-}
-
-fn measure_in_words(measure: RunoutMeasure) -> &'static str {
-    match measure {
-        RunoutMeasure::DisplacementQ999 => "displacement that 99.9 % of the material points do not exceed",
-        RunoutMeasure::MaxDisplacement => "largest displacement of any material point",
-        RunoutMeasure::ToeAdvance => "advance of the contiguous material beyond the initial toe",
-    }
 }
 
 fn cards(analysis: &Analysis) -> String {
@@ -196,6 +74,7 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
                 |f: &dyn Fn(&super::families::Sensitivity) -> String| d.fitted.as_ref().map_or_else(dash, f);
             let cells = vec![
                 percent(d.probability),
+                d.beyond.map_or_else(dash, |n| n.to_string()),
                 d.empirical.distance_m.map_or_else(dash, metres),
                 d.empirical.upper_bound_m.map_or_else(dash, metres),
                 fitted(&|f| metres(f.best_m)),
@@ -209,22 +88,24 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
         .collect();
     let header = [
         "exceeded with",
-        "samples",
+        "samples beyond",
+        "read off samples",
         "upper bound",
         "best family",
         "bootstrap interval",
         "four families",
         "supported fits",
-        "whole slope",
+        "stable included",
     ];
     let mut html = table(&header, &rows);
     html.push_str(&paragraph(
-        "Distances in m. <i>Samples</i>: read off the samples, where there are enough; <i>upper bound</i>: \
-         one-sided, from order statistics, free of any family. <i>Best family</i>: smallest AIC by maximum likelihood; \
-         its interval is a bootstrap of the samples that fits anew each time. <i>Four families</i>: smallest and largest over all \
-         families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC within 10 of the \
-         best. All these hold given failure; <i>whole slope</i> is the distance that a realisation exceeds with that probability, \
-         stable ones included, by the best family.",
+        "Distances in m, given failure but for the last column. <i>Samples beyond</i> the best family's distance: with \
+         few or none the distribution speaks, not the samples. <i>Read off samples</i>: the order statistic, where there are \
+         enough; <i>upper bound</i>: one-sided, from order statistics, free of any family. <i>Best family</i>: smallest AIC by \
+         maximum likelihood; its interval is a bootstrap of the samples that fits anew each time. <i>Four families</i>: smallest \
+         and largest over all families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC \
+         within 10 of the best. <i>Stable included</i>: the distance that a realisation exceeds with that probability, whether \
+         or not it fails, by the best family.",
     ));
     html.push_str(&pair(figures, ["exceedance", "exceedance-log"]));
     html
@@ -288,7 +169,7 @@ fn convergence(material: &Material<'_>, analysis: &Analysis, figures: &[Figure])
         "The rule is {rule}; at least {} and at most {} realisations. {}",
         stop.minimum_realisations,
         stop.maximum_realisations,
-        decision_in_words(analysis.decision)
+        answer::decision_in_words(analysis.decision)
     )) + &pair(figures, ["convergence-mean", "convergence-variance"])
 }
 
@@ -306,23 +187,25 @@ fn realisations(material: &Material<'_>, analysis: &Analysis) -> String {
     ];
     let rows: Vec<(bool, Vec<String>)> =
         rows.into_iter().map(|(label, count)| (false, vec![label, count.to_string()])).collect();
-    let mut html = table(&["outcome", "realisations"], &rows);
-    if !analysis.remarkable.is_empty() {
-        let named: Vec<String> = analysis
-            .remarkable
-            .iter()
-            .take(MOST_NAMED)
-            .map(|(index, kind, reason)| format!("{index} ({}, {})", kind.name(), reason.name()))
-            .collect();
-        let more = analysis.remarkable.len().saturating_sub(MOST_NAMED);
-        let rest = if more > 0 {
-            format!(" and {more} more (see <code>runout results</code>)")
-        } else {
-            String::new()
-        };
-        html.push_str(&paragraph(format!("Failed or still moving: {}{rest}.", named.join(", "))));
+    let html = table(&["outcome", "realisations"], &rows);
+    html + &remarkable(analysis)
+}
+
+/// Failed and still moving realisations by kind and reason, for `runout replay`.
+fn remarkable(analysis: &Analysis) -> String {
+    let mut groups: BTreeMap<(&str, &str), Vec<u64>> = BTreeMap::new();
+    for (index, kind, reason) in &analysis.remarkable {
+        groups.entry((kind.name(), reason.name())).or_default().push(*index);
     }
-    html
+    let line = |((kind, reason), indices): (&(&str, &str), &Vec<u64>)| {
+        let named: Vec<String> = indices.iter().take(MOST_NAMED).map(u64::to_string).collect();
+        let more = match indices.len().saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more (see <code>runout results</code>)"),
+        };
+        paragraph(format!("{kind}, {reason}: realisations {}{more}.", named.join(", ")))
+    };
+    groups.iter().map(line).collect()
 }
 
 /// Two figures side by side, where the page is wide enough.
@@ -335,19 +218,23 @@ fn pair(figures: &[Figure], names: [&str; 2]) -> String {
     if found.is_empty() { found } else { format!("<div class=\"pair\">{found}</div>\n") }
 }
 
-fn metres(value: f64) -> String {
+/// A distance to the centimetre, small ones to two digits.
+pub(super) fn metres(value: f64) -> String {
     // Centimetres are as fine as any runout is meant.
     if value.abs() < 0.095 { significant(value, 2) } else { format!("{value:.2}") }
 }
 
-fn percent(share: f64) -> String {
+/// A share as a percentage of three digits.
+pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-fn interval([low, high]: Interval, show: impl Fn(f64) -> String) -> String {
+/// Both ends.
+pub(super) fn interval([low, high]: Interval, show: impl Fn(f64) -> String) -> String {
     format!("{} to {}", show(low), show(high))
 }
 
-fn optional_interval(found: Option<Interval>, show: impl Fn(f64) -> String) -> String {
+/// Both ends, or that there are too few samples.
+pub(super) fn optional_interval(found: Option<Interval>, show: impl Fn(f64) -> String) -> String {
     found.map_or_else(|| "too few for an interval".to_owned(), |i| interval(i, show))
 }

@@ -1,6 +1,6 @@
 //! The campaign file as written: one struct a section, edge units, unknown keys refused.
 //!
-//! Nothing here is checked beyond its type; [`super::check`] turns it into a [`super::Campaign`].
+//! Nothing here is checked beyond its type; `check` turns it into a [`super::Campaign`].
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

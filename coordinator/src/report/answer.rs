@@ -1,0 +1,198 @@
+//! The answer in plain words: what was asked, what came out, and what that rests on.
+
+use super::Material;
+use super::analysis::{Analysis, Distance};
+use super::html::{escape, paragraph};
+use super::page::{interval, metres, optional_interval, percent};
+use crate::table::significant;
+use runout_core::campaign::RunoutMeasure;
+use runout_core::estimate::interval::Interval;
+use runout_core::estimate::{Decision, Estimate};
+use std::fmt::Write as _;
+
+/// A distance with fewer samples beyond it rests more on the fitted family than on the samples: five hits have a
+/// relative standard error of 45 %.
+const FEW_BEYOND: u64 = 5;
+
+/// Where more of the samples than this still moved, their lower bounds pull every estimate down.
+const MANY_MOVING: f64 = 0.05;
+
+/// The box at the top of the page.
+pub(super) fn answer(material: &Material<'_>, analysis: &Analysis) -> String {
+    let slope = &material.campaign.model.slope;
+    let tests = material.fit.tests.map_or_else(
+        || "the given distributions".to_owned(),
+        |n| format!("the {n} laboratory tests from the site"),
+    );
+    let mut html = String::from("<div class=\"answer\">\n");
+    html.push_str(&paragraph(format!(
+        "<b>Asked:</b> how far does this slope, {} m high at {}\u{b0}, run when it fails, if its soil varies as {tests} \
+         say?",
+        significant(slope.height_m, 4),
+        significant(slope.angle_rad.to_degrees(), 4),
+    )));
+    html.push_str(&paragraph(format!("<b>Answer:</b> {}", answer_in_words(analysis))));
+    if let Some(words) = unconditional_in_words(analysis) {
+        html.push_str(&paragraph(words));
+    }
+    html.push_str(&paragraph(format!("<b>It rests on</b> {}", rests_on(material, analysis))));
+    for note in material.notes {
+        html.push_str(&paragraph(format!("<b>Note:</b> {}", escape(note))));
+    }
+    html + "</div>\n"
+}
+
+/// What the stopping rule said, in a sentence.
+pub(super) fn decision_in_words(decision: Decision) -> String {
+    match decision {
+        Decision::Continue => "The stopping rule is not met yet.".to_owned(),
+        Decision::Converged { realisations, .. } => {
+            format!("The stopping rule was met at realisation {realisations}.")
+        }
+        Decision::Maximum => {
+            "The campaign stopped at its maximum number of realisations; its stopping rule is not met."
+                .to_owned()
+        }
+        Decision::Aborted { index, reason } => format!(
+            "The campaign was ended by the failed analysis of realisation {index} ({}).",
+            reason.name()
+        ),
+    }
+}
+
+fn answer_in_words(analysis: &Analysis) -> String {
+    let estimate = &analysis.estimate;
+    let level = format!("{} interval", percent(estimate.confidence));
+    match (estimate.p_failure, estimate.mean_m) {
+        (None, _) => "none yet: no realisation has been decided.".to_owned(),
+        (Some(_), None) => format!(
+            "in none of {} realisations did the slope fail ({level} of the probability of failure: {}).",
+            estimate.stable,
+            optional_interval(estimate.p_failure_interval, percent),
+        ),
+        (Some(p), Some(mean)) => format!(
+            "the slope fails in {} of {} realisations, <strong>{}</strong> ({level}: {}). When it fails, it runs \
+             <strong>{} m</strong> on average ({}). {}",
+            estimate.samples,
+            estimate.samples + estimate.stable,
+            percent(p),
+            optional_interval(estimate.p_failure_interval, percent),
+            metres(mean),
+            metres_interval(estimate.mean_interval_m),
+            tail_in_words(analysis),
+        ),
+    }
+}
+
+/// The distances of rare slides, and how many samples lie beyond each of them.
+fn tail_in_words(analysis: &Analysis) -> String {
+    let parts: Vec<String> = analysis
+        .distances
+        .iter()
+        .zip(["One slide in ten", "one in a hundred", "one in a thousand"])
+        .filter_map(|(distance, word)| {
+            let fitted = distance.fitted.as_ref()?;
+            Some(format!(
+                "{word} goes beyond {} m ({}{})",
+                metres(fitted.best_m),
+                metres_interval(fitted.interval_m),
+                support_in_words(distance),
+            ))
+        })
+        .collect();
+    match parts.is_empty() {
+        true => "There are too few samples to speak of rarer, longer slides.".to_owned(),
+        false => format!("{}.", parts.join(", ")),
+    }
+}
+
+fn metres_interval(found: Option<Interval>) -> String {
+    found.map_or_else(|| optional_interval(None, metres), |i| format!("{} m", interval(i, metres)))
+}
+
+fn support_in_words(distance: &Distance) -> String {
+    let (Some(beyond), Some(fitted)) = (distance.beyond, &distance.fitted) else { return String::new() };
+    let samples = match beyond {
+        0 => "no sample is".to_owned(),
+        1 => "1 sample is".to_owned(),
+        n => format!("{n} samples are"),
+    };
+    let families = if beyond < FEW_BEYOND {
+        format!(", and four distributions give {} m", interval(fitted.families_m, metres))
+    } else {
+        String::new()
+    };
+    format!("; {samples} beyond it{families}")
+}
+
+/// The same distances for a realisation that may fail or not; absent if the slope fails too rarely for any.
+fn unconditional_in_words(analysis: &Analysis) -> Option<String> {
+    let parts: Vec<String> = analysis
+        .distances
+        .iter()
+        .filter_map(|d| {
+            d.unconditional_m.map(|distance| format!("{} m in {}", metres(distance), percent(d.probability)))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| {
+        format!(
+            "All these distances are for a slope that has failed. Counting the stable realisations too, the runout exceeds \
+             {} of all realisations.",
+            parts.join(", ")
+        )
+    })
+}
+
+fn rests_on(material: &Material<'_>, analysis: &Analysis) -> String {
+    let estimate = &analysis.estimate;
+    let mut text = format!(
+        "{} samples of runout among {} realisations; every interval is at the {} level and says how well these \
+         realisations settle a number, not how well the soil or the model is known. {} Runout is the {}.",
+        estimate.samples,
+        estimate.realisations,
+        percent(estimate.confidence),
+        decision_in_words(analysis.decision),
+        measure_in_words(material.campaign.model.sample.measure),
+    );
+    text.push_str(&moving_in_words(estimate, material.campaign.model.analysis.duration_s));
+    if estimate.failed > 0 {
+        let _ = write!(
+            text,
+            " {} analyses failed; they are counted and in no estimate, and the probability of failure is that of \
+             the others.",
+            estimate.failed
+        );
+    }
+    if let Some(best) = analysis.families.iter().find(|f| f.best) {
+        let _ = write!(
+            text,
+            " Distances at given probabilities are those of the {} distribution, the best of four by AIC; the table \
+             below sets the samples and the other distributions beside them.",
+            best.family.name()
+        );
+    }
+    text
+}
+
+fn moving_in_words(estimate: &Estimate, duration_s: f64) -> String {
+    match estimate.still_moving {
+        0 => String::new(),
+        moving => {
+            let many = moving as f64 > MANY_MOVING * estimate.samples as f64;
+            format!(
+                " {moving} of the samples still moved when their analysis ended at {} s: their runout is a lower \
+                 bound{}.",
+                significant(duration_s, 4),
+                if many { ", and with so many of them so are the distances above" } else { "" },
+            )
+        }
+    }
+}
+
+fn measure_in_words(measure: RunoutMeasure) -> &'static str {
+    match measure {
+        RunoutMeasure::DisplacementQ999 => "displacement that 99.9 % of the material points do not exceed",
+        RunoutMeasure::MaxDisplacement => "largest displacement of any material point",
+        RunoutMeasure::ToeAdvance => "advance of the contiguous material beyond the initial toe",
+    }
+}

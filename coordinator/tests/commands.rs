@@ -1,0 +1,270 @@
+//! The commands as a user gives them: what they write, print and exit with, on a slope of 100 points.
+
+use runout::load::{self, Loaded};
+use runout::run_directory::{Contents, RunDirectory};
+use runout::store::Store;
+use runout::store::log::{Entry, Record};
+use runout_core::gimp::Kernel;
+use runout_core::realisation::{Prepared, Progress};
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+/// Realisations in the run directory.
+const REALISATIONS: u64 = 8;
+
+/// A folder with a campaign of weak soil, so that most of its slopes fail.
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Desk {
+        let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good/given.toml");
+        let text = std::fs::read_to_string(fixture).expect("the fixture is there");
+        let weak = text.replace("mean = 8.0", "mean = 1.5").replace("sd = 3.0", "sd = 0.5");
+        let weak = weak.replace("p = 29.0", "p = 15.0").replace("duration_s = 1.0", "duration_s = 3.0");
+        let desk = Desk { folder: tempfile::tempdir().expect("a temporary folder") };
+        std::fs::write(desk.path("campaign.toml"), weak).expect("it can be written");
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn runout(&self, arguments: &[&str]) -> Output {
+        command(self, arguments).output().expect("the binary starts")
+    }
+
+    /// Standard output of a command that must succeed.
+    fn said(&self, arguments: &[&str]) -> String {
+        let output = self.runout(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("it is text")
+    }
+
+    /// Standard error of a command that must end with `code`; nothing then belongs on standard output.
+    fn refused(&self, arguments: &[&str], code: i32) -> String {
+        let output = self.runout(arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(output.stdout.is_empty(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stdout));
+        said
+    }
+
+    /// The one JSON document that a command prints.
+    fn document(&self, arguments: &[&str]) -> Value {
+        serde_json::from_str(&self.said(arguments)).expect("one JSON document and nothing else")
+    }
+
+    /// A run directory `run` with some realisations in it, `change`d before they are stored.
+    fn run(&self, change: impl Fn(&mut Record)) {
+        let loaded = load::load(&self.path("campaign.toml")).expect("the fixture is sound");
+        let dir = self.path("run");
+        let contents = Contents { campaign_text: &loaded.campaign_text, site_text: None, spec: &loaded.spec };
+        let _lock = RunDirectory::open(&dir, contents).expect("the folder is new");
+        let prepared = Prepared::new(loaded.spec, Kernel::best()).expect("it fits into memory");
+        let entry = |index| {
+            let outcome = prepared.realise(index, &Progress::default()).expect("nobody cancels it");
+            let mut record = Record { outcome, attempt: 1, worker: "desk-1".to_owned(), wall_s: 0.1 };
+            change(&mut record);
+            Entry::Outcome(record)
+        };
+        let entries: Vec<Entry> = (0..REALISATIONS).map(entry).collect();
+        Store::open(&dir).expect("it is new").0.commit(&entries, &[]).expect("there is room");
+    }
+}
+
+fn command(desk: &Desk, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_runout"));
+    command.current_dir(desk.folder.path()).args(arguments).env_remove("RUST_LOG");
+    command
+}
+
+/// Header and rows of a CSV text.
+fn table(text: &str) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let cells = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
+    let header = cells(reader.headers().expect("there is a header"));
+    (header, reader.records().map(|r| cells(&r.expect("every row has the header's length"))).collect())
+}
+
+#[test]
+fn simulate_prints_one_document_and_writes_a_series() {
+    let desk = Desk::new();
+    let document = desk.document(&[
+        "simulate",
+        "campaign.toml",
+        "--index",
+        "0",
+        "--out",
+        "slide",
+        "--every",
+        "0.5",
+        "--json",
+    ]);
+    assert_eq!(document["outcome"], "runout");
+    assert!(document["displacement_q999_m"].as_f64().expect("a number") > 0.1);
+    assert!(document["max_displacement_m"].as_f64() >= document["displacement_q999_m"].as_f64());
+    let list = std::fs::read_to_string(desk.path("slide/series.pvd")).expect("the list is written");
+    let listed = list.matches("file=\"series/").count();
+    let written = std::fs::read_dir(desk.path("slide/series")).expect("the series is written").count();
+    assert!(listed == written && listed > 2, "{listed} listed, {written} written");
+    for picture in ["fields.png", "displacement.png", "plastic-strain.png"] {
+        let bytes = std::fs::read(desk.path("slide").join(picture)).expect("the picture is written");
+        assert_eq!(bytes[..4], *b"\x89PNG");
+    }
+    // The same realisation gives the same bits, with and without pictures.
+    let again = desk.document(&["simulate", "campaign.toml", "--index", "0", "--json"]);
+    assert_eq!(again["digest"], document["digest"]);
+    let mean = desk.document(&["simulate", "campaign.toml", "--deterministic", "--json"]);
+    assert!(mean["index"].is_null() && mean["digest"] != document["digest"]);
+}
+
+#[test]
+fn field_writes_the_same_values_as_table_and_for_paraview() {
+    let desk = Desk::new();
+    for name in ["field.csv", "field.vtu", "field.png"] {
+        desk.said(&["field", "campaign.toml", "--index", "3", "--out", name]);
+    }
+    let text = std::fs::read_to_string(desk.path("field.csv")).expect("it is text");
+    let (header, rows) = table(&text);
+    assert_eq!(header, ["x_m", "y_m", "cohesion_kpa", "friction_angle_deg"]);
+    let file = std::fs::read(desk.path("field.vtu")).expect("it is written");
+    let mark = b"<AppendedData encoding=\"raw\">\n_";
+    let start = file.windows(mark.len()).position(|w| w == mark).expect("raw data") + mark.len();
+    // The first array is the first property: its length in bytes, then its values.
+    let at = |place: usize| file[start + 8 * place..start + 8 * place + 8].try_into().expect("eight bytes");
+    assert_eq!(u64::from_le_bytes(at(0)), 8 * rows.len() as u64);
+    for (place, row) in rows.iter().enumerate() {
+        assert_eq!(f64::from_le_bytes(at(1 + place)), row[2].parse::<f64>().expect("a number"));
+    }
+    assert_eq!(std::fs::read(desk.path("field.png")).expect("it is written")[..4], *b"\x89PNG");
+}
+
+#[test]
+fn files_that_cannot_be_written_are_named() {
+    let desk = Desk::new();
+    let field =
+        |out: &str, code| desk.refused(&["field", "campaign.toml", "--index", "0", "--out", out], code);
+    assert!(field("field.txt", 2).contains("--out field.txt: its extension must be .csv, .vtu or .png"));
+    assert!(field("nowhere/field.csv", 2).contains("nowhere/field.csv: "));
+    assert!(field("campaign.toml/field.csv", 2).contains("campaign.toml/field.csv: "));
+}
+
+#[test]
+fn bench_and_check_measure() {
+    let desk = Desk::new();
+    let bench = desk.document(&["bench", "campaign.toml", "--seconds", "0.1", "--json"]);
+    let number = |name: &str| bench[name].as_f64().expect("a number");
+    assert!(
+        number("steps_per_s") > 0.0 && number("seconds_per_realisation") > 0.0 && number("field_ms") > 0.0
+    );
+    let updates = number("steps_per_s") * number("points");
+    // Both are rounded products of the same three numbers.
+    assert!((number("point_updates_per_s_per_core") / updates - 1.0).abs() < 1e-12);
+    let check = desk.document(&["check", "campaign.toml", "--json"]);
+    assert_eq!(check["points"], bench["points"]);
+}
+
+#[test]
+fn results_are_the_same_as_csv_and_json() {
+    let desk = Desk::new();
+    desk.run(|_| {});
+    let csv = desk.said(&["results", "run"]);
+    let (header, rows) = table(&csv);
+    let document = desk.document(&["results", "run", "--format", "json"]);
+    let objects = document.as_array().expect("a list");
+    assert_eq!((rows.len() as u64, objects.len()), (REALISATIONS, rows.len()));
+    assert_eq!(header[header.len() - 3..], ["attempt", "worker", "wall_s"]);
+    for (row, object) in rows.iter().zip(objects) {
+        assert_eq!(object.as_object().expect("an object").len(), header.len());
+        for (name, cell) in header.iter().zip(row) {
+            let same = match &object[name] {
+                Value::Null => cell.is_empty(),
+                Value::String(text) => cell == text,
+                number => cell.parse::<f64>().ok() == number.as_f64(),
+            };
+            assert!(same, "{name}: {cell} in CSV, {} in JSON", object[name]);
+        }
+    }
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let desk = Desk::new();
+    desk.run(|_| {});
+    let piped =
+        |arguments: &[&str]| command(&desk, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    // One reads a line and goes; the other has gone before anything is printed.
+    for lines in [1, 0] {
+        let mut child = piped(&["results", "run"]).expect("the binary starts");
+        let mut reader = BufReader::new(child.stdout.take().expect("it is piped"));
+        (0..lines).for_each(|_| assert!(reader.read_line(&mut String::new()).expect("a line") > 0));
+        drop(reader);
+        let output = child.wait_with_output().expect("it ends");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn a_run_directory_can_be_given_as_a_campaign_whatever_its_table_was_called() {
+    let desk = Desk::new();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good");
+    let text = std::fs::read_to_string(fixtures.join("measured.toml")).expect("the fixture is there");
+    std::fs::write(desk.path("mine.toml"), text.replace("site.csv", "laboratory.csv"))
+        .expect("it can be written");
+    std::fs::copy(fixtures.join("site.csv"), desk.path("laboratory.csv")).expect("it can be written");
+    let loaded = load::load(&desk.path("mine.toml")).expect("the fixture is sound");
+    let Loaded { campaign_text, site_text, spec, .. } = &loaded;
+    let contents = Contents { campaign_text, site_text: site_text.as_deref(), spec };
+    drop(RunDirectory::open(&desk.path("run"), contents).expect("the folder is new"));
+    let again = load::load(&desk.path("run/campaign.toml")).expect("the table is beside it");
+    assert_eq!(again.spec.digest(), loaded.spec.digest());
+}
+
+#[test]
+fn report_is_written_into_the_run_directory() {
+    let desk = Desk::new();
+    desk.run(|_| {});
+    let said = desk.said(&["report", "run"]);
+    assert!(desk.path("run/report.html").is_file() && said.contains("report.html"));
+    assert!(desk.path("run/figures/exceedance-log.svg").is_file());
+}
+
+#[test]
+fn replay_finds_the_same_bits() {
+    let desk = Desk::new();
+    desk.run(|_| {});
+    assert!(
+        desk.said(&["replay", "run", "2", "--out", "again"])
+            .contains("realisation 2: the same bits, digest ")
+    );
+    assert!(desk.path("again/displacement.png").is_file());
+    let said = desk.refused(&["replay", "run", "99"], 2);
+    assert!(said.contains("realisation 99 is not stored there") && said.contains("from 0 to 7"), "{said}");
+}
+
+#[test]
+fn replay_tells_what_is_not_the_same() {
+    let desk = Desk::new();
+    desk.run(|record| record.outcome.digest = "0".repeat(record.outcome.digest.len()));
+    let said = desk.refused(&["replay", "run", "1"], 1);
+    assert!(said.contains("realisation 1 is not the same") && said.contains("digest: \"0000"), "{said}");
+    assert!(!said.contains("steps:"), "only the digest differs: {said}");
+}
+
+#[test]
+fn what_is_no_run_directory_is_named() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("empty")).expect("it can be made");
+    for command in [&["results", "empty"][..], &["report", "empty"], &["replay", "empty", "0"]] {
+        let said = desk.refused(command, 2);
+        assert!(said.contains("empty/spec.json: not found: this is no run directory"), "{said}");
+    }
+    assert!(desk.refused(&["results", "missing"], 2).contains("missing"));
+}

@@ -15,6 +15,40 @@
 //! 10. [`realisation`] is the whole way from (spec, index) to an outcome.
 //! 11. [`estimate`] folds outcomes, in index order, into estimates, intervals and the stopping decision.
 //!
+//! A tiny campaign, start to end:
+//!
+//! ```
+//! use runout_core::{campaign, estimate::Estimator, fit, gimp::Kernel, site};
+//! use runout_core::realisation::{Prepared, Progress};
+//! use runout_core::spec::{SPEC_FORMAT, Spec};
+//!
+//! // Text in: the coordinator reads the files.
+//! let text = include_str!("../../campaigns/quick/campaign.toml");
+//! let mut campaign = campaign::parse(text)?;
+//! campaign.model.analysis.duration_s = 0.5;
+//! let table = campaign.site.as_ref().expect("this campaign is measured");
+//! let data = site::parse(include_str!("../../campaigns/quick/site.csv"), &table.columns, table.zeros)?;
+//!
+//! // Fit once, freeze.
+//! let fit = fit::fit(&campaign.random, Some(&data), &campaign.fit)?;
+//! let spec = Spec {
+//!     format: SPEC_FORMAT,
+//!     seed: campaign.seed,
+//!     random: fit.random(&campaign.random),
+//!     copula: fit.copula.best.clone(),
+//!     model: campaign.model.clone(),
+//! };
+//!
+//! // Realisations, each from (spec, index) alone; estimates over them in index order.
+//! let prepared = Prepared::new(spec, Kernel::best())?;
+//! let mut estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
+//! for index in 0..2 {
+//!     estimator.push(&prepared.realise(index, &Progress::default())?)?;
+//! }
+//! assert_eq!(estimator.estimate().realisations, 2);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Nothing here knows a file, a clock, an environment variable or a transport.
 
 pub mod site;

@@ -1,0 +1,40 @@
+//! Golden digests: the bits of outcomes, guarded.
+//!
+//! If one of these changes, the same spec gives other bits: raise `SPEC_FORMAT`, say so in the changelog, and put the
+//! new digest here in the same commit.
+
+use runout_core::campaign;
+use runout_core::fit::fit;
+use runout_core::gimp::Kernel;
+use runout_core::realisation::{Prepared, Progress, probe};
+use runout_core::site;
+use runout_core::spec::{SPEC_FORMAT, Spec};
+
+/// Every kernel that runs here gives the probe's golden digest.
+#[test]
+fn the_probe_gives_its_golden_digest_on_every_kernel() {
+    for kernel in Kernel::available() {
+        assert_eq!(probe(kernel), "5ae7f7d0079f14df2f0ce1d9fea7690d", "{}", kernel.name());
+    }
+}
+
+/// From the quick campaign's text and data to the digests of its spec and of its first realisation, shortened to 2 s.
+#[test]
+fn the_quick_campaign_gives_its_golden_digests() {
+    let text = include_str!("../../campaigns/quick/campaign.toml");
+    let mut campaign = campaign::parse(text).unwrap();
+    campaign.model.analysis.duration_s = 2.0;
+    let settings = campaign.site.as_ref().unwrap();
+    let data = site::parse(include_str!("../../campaigns/quick/site.csv"), &settings.columns, settings.zeros);
+    let fit = fit(&campaign.random, Some(&data.unwrap()), &campaign.fit).unwrap();
+    let spec = Spec {
+        format: SPEC_FORMAT,
+        seed: campaign.seed,
+        random: fit.random(&campaign.random),
+        copula: fit.copula.best.clone(),
+        model: campaign.model,
+    };
+    assert_eq!(spec.digest(), "bf0614d7f8c33ddce2ec3dd989108c851bef1ce4270783440ff6cead9103c09c");
+    let outcome = Prepared::new(spec, Kernel::best()).unwrap().realise(0, &Progress::default()).unwrap();
+    assert_eq!(outcome.digest, "8e415b8add5d30c3f6a894b593f69036");
+}

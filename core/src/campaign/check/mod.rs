@@ -1,18 +1,17 @@
 //! From the raw campaign file to a checked [`Campaign`]: ranges, words, units.
 
-use super::file::{
-    AnalysisSection, CampaignFile, CopulaChoiceText, CutoffText, FieldSection, FitSection,
-    MarginalChoiceText, MeshSection, RunSection, SampleSection, SiteSection, SlopeSection, SoilSection,
-    StopSection, WaterSection, WaterTableText, ZeroRuleText,
+mod fit;
+mod stop;
+
+use crate::campaign::file::{
+    AnalysisSection, CampaignFile, CutoffText, FieldSection, FitSection, MeshSection, RunSection,
+    SampleSection, SiteSection, SlopeSection, SoilSection, WaterSection, WaterTableText, ZeroRuleText,
 };
-use super::{
-    Analysis, Autocorrelation, Campaign, CampaignError, CopulaChoice, Criterion, ExceedanceTarget, Field,
-    FitSettings, Formulation, GroundSurface, InitialPorePressure, MarginalChoice, Mesh, Model, OnFailure,
-    Recipe, Run, RunoutMeasure, Sample, Site, Slope, Soil, Stop, StopRule, VolumetricStrain, Water,
-    WaterTable,
+use crate::campaign::{
+    Analysis, Autocorrelation, Campaign, CampaignError, Field, Formulation, GroundSurface,
+    InitialPorePressure, Mesh, Model, OnFailure, Run, RunoutMeasure, Sample, Site, Slope, Soil,
+    VolumetricStrain, Water, WaterTable,
 };
-use crate::copula;
-use crate::marginal::{self, Marginal};
 use crate::site::{Property, ZeroRule};
 use std::fmt::Display;
 
@@ -41,7 +40,7 @@ pub(super) fn check(file: &CampaignFile) -> Checked<Campaign> {
     Ok(Campaign {
         name: file.name.clone(),
         seed: file.seed,
-        fit: check_fit(&file.fit, &random, site.is_some())?,
+        fit: fit::check_fit(&file.fit, &random, site.is_some())?,
         model: Model {
             field: check_field(&file.field)?,
             soil,
@@ -54,7 +53,7 @@ pub(super) fn check(file: &CampaignFile) -> Checked<Campaign> {
         },
         site,
         random,
-        stop: check_stop(&file.stop)?,
+        stop: stop::check_stop(&file.stop)?,
         run: check_run(&file.run)?,
     })
 }
@@ -136,131 +135,6 @@ fn random_properties(site: Option<&Site>, fit: &FitSection) -> Checked<Vec<Prope
         return Err(refuse("fit.marginals", "(none)", "at least one property must be measured or given"));
     }
     Ok(random)
-}
-
-fn check_fit(raw: &FitSection, random: &[Property], measured: bool) -> Checked<FitSettings> {
-    let mut marginals = Vec::new();
-    for p in random {
-        let choice = match raw.marginals.get(p.name()) {
-            Some(text) => check_marginal(&format!("fit.marginals.{}", p.name()), text)?,
-            None => MarginalChoice::Auto,
-        };
-        let given = matches!(choice, MarginalChoice::Given(_) | MarginalChoice::Moments { .. });
-        if !measured && !given {
-            let key = format!("fit.marginals.{}", p.name());
-            return Err(refuse(&key, "a family to fit", "without [site] give p and q, or mean and sd"));
-        }
-        marginals.push(choice);
-    }
-    Ok(FitSettings {
-        recipe: word(
-            "fit.recipe",
-            &raw.recipe,
-            &[("likelihood", Recipe::Likelihood), ("paper", Recipe::Paper)],
-        )?,
-        criterion: word(
-            "fit.criterion",
-            &raw.criterion,
-            &[("aic", Criterion::Aic), ("bic", Criterion::Bic)],
-        )?,
-        marginals,
-        copula: check_copula(raw.copula.as_ref(), random.len(), measured)?,
-    })
-}
-
-fn check_marginal(key: &str, raw: &MarginalChoiceText) -> Checked<MarginalChoice> {
-    let choices = marginal::Family::ALL.map(|f| (f.name(), f));
-    let family = word(&format!("{key}.family"), &raw.family, &choices)?;
-    match (raw.p, raw.q, raw.mean, raw.sd) {
-        (None, None, None, None) => Ok(MarginalChoice::Family(family)),
-        (Some(p), Some(q), None, None) => {
-            let p_key = format!("{key}.p");
-            let p = match family {
-                marginal::Family::Weibull => positive(&p_key, p)?,
-                _ => within(&p_key, p, true, "it must be finite")?,
-            };
-            Ok(MarginalChoice::Given(Marginal { family, p, q: positive(&format!("{key}.q"), q)? }))
-        }
-        (None, None, Some(mean), Some(sd)) => Ok(MarginalChoice::Moments {
-            family,
-            mean: positive(&format!("{key}.mean"), mean)?,
-            sd: positive(&format!("{key}.sd"), sd)?,
-        }),
-        _ => Err(refuse(key, "a mixture", "give p and q, or mean and sd, or neither pair")),
-    }
-}
-
-fn check_copula(raw: Option<&CopulaChoiceText>, dimension: usize, measured: bool) -> Checked<CopulaChoice> {
-    let Some(raw) = raw else {
-        if !measured && dimension > 1 {
-            return Err(refuse("fit.copula", "(absent)", "without [site] the copula must be given"));
-        }
-        return Ok(CopulaChoice::Auto);
-    };
-    let family = word("fit.copula.family", &raw.family, &copula::Family::ALL.map(|f| (f.name(), f)))?;
-    let two_only = matches!(family, copula::Family::Plackett | copula::Family::Frank | copula::Family::No16);
-    if two_only && dimension != 2 {
-        let allowed = format!("it joins exactly two properties, and the campaign has {dimension}");
-        return Err(refuse("fit.copula.family", format!("\"{}\"", raw.family), &allowed));
-    }
-    if family != copula::Family::Independent && dimension < 2 {
-        return Err(refuse("fit.copula.family", &raw.family, "with one property it must be \"independent\""));
-    }
-    if let Some(theta) = raw.theta {
-        match family {
-            copula::Family::Plackett => positive("fit.copula.theta", theta)?,
-            copula::Family::No16 => non_negative("fit.copula.theta", theta)?,
-            copula::Family::Frank => within("fit.copula.theta", theta, true, "it must be finite")?,
-            _ => return Err(refuse("fit.copula.theta", theta, "this family has no theta")),
-        };
-    }
-    let elliptical = matches!(family, copula::Family::Gaussian | copula::Family::StudentT);
-    if let Some(matrix) = &raw.correlation {
-        if !elliptical {
-            return Err(refuse(
-                "fit.copula.correlation",
-                "a matrix",
-                "this family has no correlation matrix",
-            ));
-        }
-        check_correlation(matrix, dimension)?;
-    }
-    if let Some(nu) = raw.degrees_of_freedom {
-        if family != copula::Family::StudentT {
-            return Err(refuse("fit.copula.degrees_of_freedom", nu, "only student-t has degrees of freedom"));
-        }
-        within("fit.copula.degrees_of_freedom", nu, nu > 2.0, "it must be greater than 2")?;
-    }
-    let complete = match family {
-        copula::Family::Independent => true,
-        copula::Family::Gaussian => raw.correlation.is_some(),
-        copula::Family::StudentT => raw.correlation.is_some() && raw.degrees_of_freedom.is_some(),
-        _ => raw.theta.is_some(),
-    };
-    if !measured && !complete {
-        return Err(refuse("fit.copula", &raw.family, "without [site] all of its parameters must be given"));
-    }
-    Ok(CopulaChoice::Family {
-        family,
-        theta: raw.theta,
-        correlation: raw.correlation.clone(),
-        degrees_of_freedom: raw.degrees_of_freedom,
-    })
-}
-
-fn check_correlation(matrix: &[Vec<f64>], dimension: usize) -> Checked<()> {
-    let key = "fit.copula.correlation";
-    let square = matrix.len() == dimension && matrix.iter().all(|row| row.len() == dimension);
-    let allowed = format!(
-        "it must be a symmetric positive definite {dimension} by {dimension} matrix of ones on the diagonal"
-    );
-    let sound = square
-        && (0..dimension).all(|i| {
-            matrix[i][i] == 1.0
-                && (0..dimension).all(|j| matrix[i][j] == matrix[j][i] && matrix[i][j].abs() <= 1.0)
-        })
-        && nalgebra::DMatrix::from_fn(dimension, dimension, |i, j| matrix[i][j]).cholesky().is_some();
-    if sound { Ok(()) } else { Err(refuse(key, format!("{matrix:?}"), &allowed)) }
 }
 
 fn check_field(raw: &FieldSection) -> Checked<Field> {
@@ -449,76 +323,6 @@ fn check_sample(raw: &SampleSection) -> Checked<Sample> {
         measure: word("sample.measure", &raw.measure, &measures.map(|m| (m.name(), m)))?,
         threshold_m: non_negative("sample.threshold_m", raw.threshold_m)?,
     })
-}
-
-fn check_stop(raw: &StopSection) -> Checked<Stop> {
-    let minimum = at_least("stop.minimum_realisations", raw.minimum_realisations, 1)?;
-    Ok(Stop {
-        rule: match raw.rule.as_str() {
-            "paper" => paper_rule(raw)?,
-            "interval" => interval_rule(raw)?,
-            other => {
-                word("stop.rule", other, &[("paper", ()), ("interval", ())]).and_then(|()| paper_rule(raw))?
-            }
-        },
-        minimum_realisations: minimum,
-        maximum_realisations: at_least("stop.maximum_realisations", raw.maximum_realisations, minimum)?,
-    })
-}
-
-fn paper_rule(raw: &StopSection) -> Checked<StopRule> {
-    let foreign = [
-        ("stop.confidence", raw.confidence.is_some()),
-        ("stop.mean_half_width", raw.mean_half_width.is_some()),
-        ("stop.sd_half_width", raw.sd_half_width.is_some()),
-        ("stop.exceedance", !raw.exceedance.is_empty()),
-    ];
-    refuse_foreign(&foreign, "it belongs to rule \"interval\"")?;
-    let why = "rule \"paper\" needs it";
-    Ok(StopRule::Paper {
-        tolerance: positive("stop.tolerance", needed("stop.tolerance", raw.tolerance, why)?)?,
-        relative: needed("stop.relative", raw.relative, why)?,
-        patience: at_least("stop.patience", needed("stop.patience", raw.patience, why)?, 1)?,
-    })
-}
-
-fn interval_rule(raw: &StopSection) -> Checked<StopRule> {
-    let foreign = [
-        ("stop.tolerance", raw.tolerance.is_some()),
-        ("stop.relative", raw.relative.is_some()),
-        ("stop.patience", raw.patience.is_some()),
-    ];
-    refuse_foreign(&foreign, "it belongs to rule \"paper\"")?;
-    let confidence = needed("stop.confidence", raw.confidence, "rule \"interval\" needs it")?;
-    let mut exceedance = Vec::new();
-    for target in &raw.exceedance {
-        exceedance.push(ExceedanceTarget {
-            distance_m: non_negative("stop.exceedance.distance_m", target.distance_m)?,
-            half_width: positive("stop.exceedance.half_width", target.half_width)?,
-        });
-    }
-    if raw.mean_half_width.is_none() && raw.sd_half_width.is_none() && exceedance.is_empty() {
-        let allowed = "give mean_half_width, sd_half_width or [[stop.exceedance]]";
-        return Err(refuse("stop.mean_half_width", "(absent)", allowed));
-    }
-    Ok(StopRule::Interval {
-        confidence: within(
-            "stop.confidence",
-            confidence,
-            (0.5..1.0).contains(&confidence),
-            "it must be in [0.5, 1)",
-        )?,
-        mean_half_width: raw.mean_half_width.map(|v| positive("stop.mean_half_width", v)).transpose()?,
-        sd_half_width: raw.sd_half_width.map(|v| positive("stop.sd_half_width", v)).transpose()?,
-        exceedance,
-    })
-}
-
-fn refuse_foreign(keys: &[(&str, bool)], allowed: &str) -> Checked<()> {
-    match keys.iter().find(|(_, present)| *present) {
-        Some((key, _)) => Err(refuse(key, "a value", allowed)),
-        None => Ok(()),
-    }
 }
 
 fn check_run(raw: &RunSection) -> Checked<Run> {

@@ -3,6 +3,7 @@
 use crate::table::{Table, number, optional, significant};
 use runout_core::campaign::Criterion;
 use runout_core::fit::{CopulaCandidate, CopulaFit, Dependence, Fit, MarginalFit};
+use runout_core::marginal::Marginal;
 use runout_core::site::Property;
 
 /// Mean and standard deviation of the data and of the chosen distribution (the paper's Table 3).
@@ -10,13 +11,12 @@ pub fn measured(properties: &[Property], fit: &Fit) -> Table {
     let mut table = Table::new(["", "mean", "standard deviation", "mean of the choice", "sd of the choice"]);
     for property in properties {
         let marginal = &fit.marginals[property.name()];
-        let chosen = marginal.candidates.iter().find(|c| c.family == marginal.best.family);
         table.row([
             property.name().to_owned(),
             optional(marginal.sample_mean),
             optional(marginal.sample_sd),
-            optional(chosen.and_then(|c| c.mean)),
-            optional(chosen.and_then(|c| c.sd)),
+            number(marginal.best.mean()),
+            number(marginal.best.sd()),
         ]);
     }
     table
@@ -44,7 +44,7 @@ pub fn marginals(fit: &MarginalFit, criterion: Criterion) -> Table {
     let weights = weights(&values);
     for (candidate, weight) in fit.candidates.iter().zip(weights) {
         table.row([
-            star(candidate.family == fit.best.family),
+            star(candidate.marginal() == Some(fit.best)),
             candidate.family.name().to_owned(),
             optional(candidate.p),
             optional(candidate.q),
@@ -57,8 +57,13 @@ pub fn marginals(fit: &MarginalFit, criterion: Criterion) -> Table {
             candidate.note.clone().unwrap_or_default(),
         ]);
     }
-    if fit.candidates.is_empty() {
-        table.row(["*", fit.best.family.name(), &number(fit.best.p), &number(fit.best.q), "given"]);
+    if fit.candidates.iter().all(|c| c.marginal() != Some(fit.best)) {
+        let Marginal { family, p, q } = fit.best;
+        let mut row = vec![star(true), family.name().to_owned()];
+        row.extend([p, q, fit.best.mean(), fit.best.sd()].map(number));
+        row.extend(std::iter::repeat_n("-".to_owned(), 4));
+        row.push("given in the campaign file, not fitted".to_owned());
+        table.row(row);
     }
     table
 }
@@ -162,4 +167,25 @@ fn weights(values: &[Option<f64>]) -> Vec<String> {
     let support = |v: &Option<f64>| v.map(|v| (-0.5 * (v - least)).exp());
     let sum: f64 = values.iter().filter_map(support).sum();
     values.iter().map(|v| support(v).map_or_else(|| "-".to_owned(), |s| significant(s / sum, 3))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::load;
+    use std::path::Path;
+
+    /// The paper's reading of Elkhorn River gives the friction angle's distribution, with another mean than the data's.
+    #[test]
+    fn a_given_distribution_is_the_choice_and_not_the_fit_of_its_family() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../campaigns/elkhorn-river/paper.toml");
+        let loaded = load(Path::new(file)).unwrap();
+        let fit = &loaded.fit.marginals["friction_angle_deg"];
+        let table = marginals(fit, loaded.fit.criterion).render();
+        let chosen: Vec<&str> = table.lines().filter(|line| line.starts_with('*')).collect();
+        assert_eq!(chosen.len(), 1, "{table}");
+        assert!(chosen[0].contains("weibull") && chosen[0].contains("21.14"), "{table}");
+        let means = measured(&loaded.campaign.random, &loaded.fit).render();
+        assert!(means.lines().any(|line| line.contains("27.144") && line.contains("21.14")), "{means}");
+    }
 }

@@ -90,7 +90,7 @@ pub struct Site {
     pub zeros: ZeroRule,
 }
 
-/// Fitting recipe (statistics.md section 1 of the project's notes; README, "Statistics").
+/// Fitting recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Recipe {

@@ -4,7 +4,6 @@
 //! h(v | u) = dC/du and its inverse in closed form. The elliptical families work in any dimension.
 
 mod density;
-mod driven;
 mod frank;
 mod gaussian;
 mod matrix;
@@ -15,7 +14,6 @@ mod student_t;
 
 pub use density::LogDensity;
 pub(crate) use density::Scores;
-pub use driven::DrivenCorrelation;
 pub use gaussian::{correlation_of_tau, tau_of_correlation};
 pub(crate) use matrix::cholesky;
 pub use sampler::Sampler;

@@ -81,3 +81,5 @@ pub mod outcome;
 pub mod realisation;
 
 pub mod estimate;
+
+pub mod validation;

@@ -3,9 +3,9 @@
 //!
 //! Reference values: `data/physics.json`, closed forms evaluated independently.
 
-use runout_core::campaign::{Formulation, VolumetricStrain};
+use runout_core::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
 use runout_core::gimp::{
-    Body, Conditions, Controls, Grid, InitialPoints, Kernel, Material, Setup, State, Support,
+    Body, Conditions, Controls, Fluid, Grid, InitialPoints, Kernel, Material, Setup, State, Support,
 };
 use serde_json::Value;
 
@@ -25,25 +25,33 @@ fn setup(grid: Grid, youngs_modulus_pa: f64, poissons_ratio: f64, points: Initia
             top: Support::Open,
             gravity_m_s2: [0.0, 0.0],
             closed_surface: false,
+            free_water_level_m: None,
         },
-        material: Material {
+        obstacles: Vec::new(),
+        fluid: Fluid {
+            density_kg_m3: 1000.0,
+            bulk_modulus_pa: 2.2e9,
+            cavitation_suction_pa: f64::INFINITY,
+            gravity_m_s2: 9.81,
+        },
+        materials: vec![Material {
             youngs_modulus_pa,
             poissons_ratio,
             dilation_angle_rad: 0.0,
             tension_cutoff_pa: None,
+            softening: None,
             porosity: 0.3,
             permeability_m_s: 1e-3,
-            water_density_kg_m3: 1000.0,
-            water_bulk_modulus_pa: 2.2e9,
-            cavitation_suction_pa: f64::INFINITY,
-            gravity_m_s2: 9.81,
-        },
+        }],
         controls: Controls {
             formulation: Formulation::OnePhase,
             volumetric_strain: VolumetricStrain::Point,
             pressure_relaxation_rate_per_s: 0.0,
             pic_rate_per_s: 0.0,
+            velocity_filter: VelocityFilter::Pic,
             local_damping: 0.0,
+            damping_rate_per_s: 0.0,
+            point_domain: PointDomain::Uniform,
             courant_number: 0.4,
         },
         points,
@@ -82,7 +90,7 @@ fn free_block(formulation: Formulation) -> Body {
     let mut setup = setup(Grid::enclosing(0.0, 0.0, [20, 20], h), 1e7, 0.3, points);
     setup.conditions.left = Support::Open;
     setup.conditions.bottom = Support::Open;
-    setup.material.water_bulk_modulus_pa = 1e7;
+    setup.fluid.bulk_modulus_pa = 1e7;
     setup.controls.formulation = formulation;
     setup.controls.volumetric_strain = VolumetricStrain::CellAverage;
     Body::new(setup, Kernel::best()).unwrap()

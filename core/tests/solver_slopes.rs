@@ -3,7 +3,7 @@
 
 use runout_core::campaign::{
     Analysis, Autocorrelation, Field, Formulation, GroundSurface, InitialPorePressure, Mesh, Model,
-    RunoutMeasure, Sample, Slope, Soil, VolumetricStrain, Water, WaterTable,
+    PointDomain, RunoutMeasure, Sample, Slope, Soil, VelocityFilter, VolumetricStrain, Water, WaterTable,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -55,7 +55,10 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             volumetric_strain: VolumetricStrain::CellAverage,
             pressure_relaxation_rate_per_s: 300.0,
             pic_rate_per_s: 4.4,
+            velocity_filter: VelocityFilter::Pic,
             local_damping: 0.0,
+            damping_rate_per_s: 0.0,
+            point_domain: PointDomain::Uniform,
             gravity_stage_damping: 0.7,
             gravity_stage_s: 1.5,
             duration_s: 10.0,

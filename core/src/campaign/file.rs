@@ -226,8 +226,15 @@ pub struct AnalysisSection {
     pub pressure_relaxation_rate_per_s: f64,
     /// Rate at which point velocities relax to the grid's (PIC share), 1/s; 0 is pure FLIP.
     pub pic_rate_per_s: f64,
+    /// Which part of the point velocities decays at that rate: `"pic"`, all that the grid does not see, or `"xpic"`,
+    /// the same filtered twice, so that smooth motion loses less.
+    pub velocity_filter: String,
     /// Local damping in the failure stage, as a share of the unbalanced force; 0 for none.
     pub local_damping: f64,
+    /// Rate at which all velocities decay in the failure stage, 1/s; 0 for none.
+    pub damping_rate_per_s: f64,
+    /// `"uniform"` (uGIMP) or `"stretched"` (cpGIMP: the points' domains follow their stretch).
+    pub point_domain: String,
     /// Local damping of the gravity stage, as a share of the unbalanced force.
     pub gravity_stage_damping: f64,
     /// Duration of the gravity stage, s.

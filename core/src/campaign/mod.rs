@@ -314,6 +314,26 @@ pub enum VolumetricStrain {
     Point,
 }
 
+/// Which part of the point velocities decays at the PIC rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocityFilter {
+    /// All that the grid does not see: the difference to the grid's velocity (PIC).
+    Pic,
+    /// The same, filtered twice, so that smooth motion loses less (XPIC(2); Hammerquist & Nairn 2017).
+    Xpic,
+}
+
+/// How the domains of the points follow the deformation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PointDomain {
+    /// They keep their size (uGIMP).
+    Uniform,
+    /// Their sides follow the stretch along the axes, up to one cell (cpGIMP), against numerical fracture.
+    Stretched,
+}
+
 /// Numerical analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -330,8 +350,14 @@ pub struct Analysis {
     pub pressure_relaxation_rate_per_s: f64,
     /// PIC share as a rate, 1/s: per step 1 - exp(-rate dt).
     pub pic_rate_per_s: f64,
+    /// Which part of the point velocities decays at that rate.
+    pub velocity_filter: VelocityFilter,
     /// Local damping in the failure stage, share of the unbalanced force (independent of the time step).
     pub local_damping: f64,
+    /// Rate at which all velocities decay in the failure stage, 1/s.
+    pub damping_rate_per_s: f64,
+    /// Whether the points' domains follow their stretch.
+    pub point_domain: PointDomain,
     /// Local damping of the gravity stage.
     pub gravity_stage_damping: f64,
     /// Duration of the gravity stage, s.

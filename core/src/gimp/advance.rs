@@ -36,7 +36,6 @@ pub(super) struct Step {
     /// Whether stresses see the cell's mean volumetric strain.
     pub(super) average_strain: bool,
     pub(super) balance: Balance,
-    pub(super) elastic: Elastic,
     pub(super) water: PoreWater,
 }
 
@@ -139,9 +138,11 @@ fn update<S: Lanes, const TWO: bool>(
         apex: load(&block.apex),
         tension: load(&block.tension),
     };
+    let elastic =
+        Elastic { bulk: load(&block.bulk), shear: load(&block.shear), sin_psi: load(&block.sin_psi) };
     let stress =
         Stress { xx: load(&block.sxx), yy: load(&block.syy), zz: load(&block.szz), xy: load(&block.sxy) };
-    let (stress, plastic) = soil::update(&step.elastic, &strength, stress, &increment);
+    let (stress, plastic) = soil::update(&elastic, &strength, stress, &increment);
     stress.xx.store(&mut block.sxx);
     stress.yy.store(&mut block.syy);
     stress.zz.store(&mut block.szz);

@@ -65,6 +65,12 @@ block! {
     grains,
     /// Mass of the skeleton (of everything, if there is one phase) per metre of width, kg/m.
     mass,
+    /// Bulk modulus of the skeleton, Pa.
+    bulk,
+    /// Shear modulus of the skeleton, Pa.
+    shear,
+    /// Sine of the dilation angle.
+    sin_psi,
     /// Sine of the friction angle.
     sin_phi,
     /// 2 c cos phi, Pa.

@@ -7,9 +7,8 @@ use super::momentum::Balance;
 use super::nodes::Nodes;
 use super::rest::Stand;
 use super::setup::{InitialPoints, Setup};
-use super::soil::Elastic;
 use super::sort;
-use super::time_step::{bulk_and_shear, time_step, wave_speed};
+use super::time_step::{bulk_and_shear, fastest_wave, time_step};
 use super::water::PoreWater;
 use crate::campaign::{Formulation, VolumetricStrain};
 use thiserror::Error;
@@ -99,7 +98,6 @@ pub struct Body {
     arena: Arena,
     /// Original index of the point in each place.
     order: Vec<u32>,
-    elastic: Elastic,
     wave_m_s: f64,
     largest_density: f64,
     fastest_m_s: f64,
@@ -120,10 +118,7 @@ impl Body {
     pub fn new(setup: Setup, kernel: Kernel) -> Result<Body, MaterialError> {
         check(&setup)?;
         let points = &setup.points;
-        let (bulk, shear) = bulk_and_shear(&setup.material);
-        let elastic = Elastic { bulk, shear, sin_psi: libm::sin(setup.material.dilation_angle_rad) };
         let (blocks, live_in_last) = fill_blocks(&setup);
-        let smallest_density = points.density.iter().copied().fold(f64::INFINITY, f64::min);
         let grid = setup.grid;
         let mut body = Body {
             kernel: kernel.or_best(),
@@ -136,8 +131,7 @@ impl Body {
                 scattered: false,
             },
             order: (0..points.len() as u32).collect(),
-            elastic,
-            wave_m_s: wave_speed(&setup.material, setup.controls.formulation, smallest_density, grid.cell_m),
+            wave_m_s: fastest_wave(&setup),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
             fastest_m_s: points
                 .velocity
@@ -226,7 +220,13 @@ impl Body {
         let grains = field(|b| &b.grains);
         let porosity = match self.setup.controls.formulation {
             Formulation::TwoPhase => grains.iter().zip(&volume).map(|(g, v)| 1.0 - g / v).collect(),
-            Formulation::OnePhase => vec![self.setup.material.porosity; self.order.len()],
+            Formulation::OnePhase => self
+                .setup
+                .points
+                .material
+                .iter()
+                .map(|&m| self.setup.materials[usize::from(m)].porosity)
+                .collect(),
         };
         State {
             x: field(|b| &b.x),
@@ -247,7 +247,7 @@ impl Body {
     }
 
     fn constants(&self, dt: f64) -> Step {
-        let Setup { material, controls, conditions, grid, .. } = &self.setup;
+        let Setup { materials, fluid, controls, conditions, grid, .. } = &self.setup;
         // A rate r becomes the share 1 - exp(-r dt) of one step, so that results do not hang on the step.
         let share = |rate: f64| -libm::expm1(-rate * dt);
         Step {
@@ -257,16 +257,15 @@ impl Body {
             balance: Balance {
                 gravity: conditions.gravity_m_s2,
                 damping: controls.local_damping,
-                drag_rate: material.gravity_m_s2 / material.permeability_m_s,
-                water_density: material.water_density_kg_m3,
+                drag_rate: fluid.gravity_m_s2 / materials[0].permeability_m_s,
+                water_density: fluid.density_kg_m3,
                 cell_mass: self.largest_density * grid.cell_m * grid.cell_m,
                 closed_surface: conditions.closed_surface,
             },
-            elastic: self.elastic,
             water: PoreWater {
-                bulk: material.water_bulk_modulus_pa,
+                bulk: fluid.bulk_modulus_pa,
                 relaxation: share(controls.pressure_relaxation_rate_per_s),
-                cavitation: material.cavitation_suction_pa,
+                cavitation: fluid.cavitation_suction_pa,
             },
         }
     }
@@ -274,11 +273,11 @@ impl Body {
 
 fn check(setup: &Setup) -> Result<(), MaterialError> {
     let InitialPoints { density, cohesion, friction_angle, .. } = &setup.points;
-    let pore_water = match setup.controls.formulation {
-        Formulation::TwoPhase => setup.material.porosity * setup.material.water_density_kg_m3,
-        Formulation::OnePhase => 0.0,
-    };
     for (point, &value) in density.iter().enumerate() {
+        let pore_water = match setup.controls.formulation {
+            Formulation::TwoPhase => setup.material_of(point).porosity * setup.fluid.density_kg_m3,
+            Formulation::OnePhase => 0.0,
+        };
         if !value.is_finite() || value <= pore_water {
             return Err(MaterialError::Density { point, value });
         }
@@ -298,15 +297,18 @@ fn check(setup: &Setup) -> Result<(), MaterialError> {
 
 /// The points in blocks, in the given order, and how many of the last block are real.
 fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
-    let Setup { points, material, controls, .. } = setup;
+    let Setup { points, fluid, controls, .. } = setup;
     let two = controls.formulation == Formulation::TwoPhase;
     let count = points.len();
     let mut blocks = vec![Block::EMPTY; count.div_ceil(8)];
     for i in 0..count {
-        let (block, lane) = (&mut blocks[i / 8], i % 8);
+        let (block, lane, material) = (&mut blocks[i / 8], i % 8, setup.material_of(i));
+        let (bulk, shear) = bulk_and_shear(material);
+        block.bulk.0[lane] = bulk;
+        block.shear.0[lane] = shear;
+        block.sin_psi.0[lane] = libm::sin(material.dilation_angle_rad);
         let grains = if two { (1.0 - material.porosity) * points.volume[i] } else { 0.0 };
-        let water_mass =
-            if two { material.porosity * material.water_density_kg_m3 * points.volume[i] } else { 0.0 };
+        let water_mass = if two { material.porosity * fluid.density_kg_m3 * points.volume[i] } else { 0.0 };
         block.x.0[lane] = points.x[i];
         block.y.0[lane] = points.y[i];
         [block.vx.0[lane], block.vy.0[lane]] = points.velocity[i];

@@ -38,5 +38,5 @@ pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
 pub use grid::Grid;
 pub use kernel::Kernel;
 pub use rest::{RestRule, net_velocity};
-pub use setup::{Conditions, Controls, InitialPoints, Material, Setup, Support};
+pub use setup::{Conditions, Controls, Fluid, InitialPoints, Material, Obstacle, Setup, Softening, Support};
 pub use stage::{End, Limits, run};

@@ -41,6 +41,8 @@ fn pad(blocks: &mut [Block], count: usize) {
         for lane in count % 8..8 {
             last.x.0[lane] = last.x.0[count % 8 - 1];
             last.y.0[lane] = last.y.0[count % 8 - 1];
+            last.bulk.0[lane] = last.bulk.0[count % 8 - 1];
+            last.shear.0[lane] = last.shear.0[count % 8 - 1];
             last.two_c_cos_phi.0[lane] = f64::INFINITY;
             last.apex.0[lane] = f64::INFINITY;
             last.tension.0[lane] = f64::INFINITY;

@@ -1,6 +1,6 @@
 //! The critical time step: the time the fastest wave takes through a cell.
 
-use super::setup::{Controls, Material};
+use super::setup::{Controls, Fluid, Material, Setup};
 use crate::campaign::Formulation;
 
 /// Drag relaxation rate times the undrained travel time through a cell above which skeleton and water move as one
@@ -20,18 +20,24 @@ pub(super) fn bulk_and_shear(material: &Material) -> (f64, f64) {
 /// sqrt((E_c + Q) / rho) with Q = K_w / n if drag dominates, else the square root of the largest eigenvalue of
 /// M^-1 K with M = diag((1 - n) rho_s, n rho_w) and K = [E_c + (1 - n)^2 Q, n (1 - n) Q; n (1 - n) Q, n^2 Q]
 /// (Zienkiewicz, Chan, Pastor, Schrefler & Shiomi 1999, "Computational geomechanics", chapter 2).
-pub(super) fn wave_speed(material: &Material, formulation: Formulation, density: f64, cell_m: f64) -> f64 {
+fn wave_speed(
+    material: &Material,
+    fluid: &Fluid,
+    formulation: Formulation,
+    density: f64,
+    cell_m: f64,
+) -> f64 {
     let (bulk, shear) = bulk_and_shear(material);
     let constrained = bulk + 4.0 / 3.0 * shear;
     if formulation == Formulation::OnePhase {
         return (constrained / density).sqrt();
     }
     let n = material.porosity;
-    let storage = material.water_bulk_modulus_pa / n;
-    let water = n * material.water_density_kg_m3;
+    let storage = fluid.bulk_modulus_pa / n;
+    let water = n * fluid.density_kg_m3;
     let skeleton = density - water;
     let undrained = ((constrained + storage) / density).sqrt();
-    let drag_rate = n * material.gravity_m_s2 * density / (material.permeability_m_s * skeleton);
+    let drag_rate = n * fluid.gravity_m_s2 * density / (material.permeability_m_s * skeleton);
     if drag_rate * cell_m / undrained >= DRAG_DOMINATED {
         return undrained;
     }
@@ -40,6 +46,21 @@ pub(super) fn wave_speed(material: &Material, formulation: Formulation, density:
     let k12_squared = (n * (1.0 - n) * storage) * (n * (1.0 - n) * storage) / (skeleton * water);
     let half_difference = 0.5 * (k11 - k22);
     (0.5 * (k11 + k22) + (half_difference * half_difference + k12_squared).sqrt()).sqrt()
+}
+
+/// Speed of the fastest wave through any of the materials at the smallest density of its points, m/s.
+pub(super) fn fastest_wave(setup: &Setup) -> f64 {
+    let mut smallest = vec![f64::INFINITY; setup.materials.len()];
+    for (&material, &density) in setup.points.material.iter().zip(&setup.points.density) {
+        let smallest = &mut smallest[usize::from(material)];
+        *smallest = smallest.min(density);
+    }
+    let speeds = setup.materials.iter().zip(smallest).filter(|(_, density)| density.is_finite()).map(
+        |(material, density)| {
+            wave_speed(material, &setup.fluid, setup.controls.formulation, density, setup.grid.cell_m)
+        },
+    );
+    speeds.fold(0.0, f64::max)
 }
 
 /// Time step: Courant number times the cell over wave speed plus the largest speed of the material, s.
@@ -59,18 +80,21 @@ mod tests {
             poissons_ratio: 0.35,
             dilation_angle_rad: 0.0,
             tension_cutoff_pa: None,
+            softening: None,
             porosity: 0.3,
             permeability_m_s: 1.0,
-            water_density_kg_m3: 1000.0,
-            water_bulk_modulus_pa: 6.146e9,
+        };
+        let fluid = Fluid {
+            density_kg_m3: 1000.0,
+            bulk_modulus_pa: 6.146e9,
             cavitation_suction_pa: 0.0,
             gravity_m_s2: 9.81,
         };
         let density = 2038.735983690112;
-        let fast = wave_speed(&material, Formulation::TwoPhase, density, 0.2);
+        let fast = wave_speed(&material, &fluid, Formulation::TwoPhase, density, 0.2);
         assert!((fast / 3458.947267769102 - 1.0).abs() < 1e-12, "{fast}");
         material.permeability_m_s = 1e-8;
-        let undrained = wave_speed(&material, Formulation::TwoPhase, density, 0.2);
+        let undrained = wave_speed(&material, &fluid, Formulation::TwoPhase, density, 0.2);
         assert!((undrained / 3182.3626792404134 - 1.0).abs() < 1e-12, "{undrained}");
     }
 }

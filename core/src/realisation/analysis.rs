@@ -4,8 +4,8 @@ use super::progress::{Cancelled, Progress};
 use super::{PointProperties, Prepared, record};
 use crate::campaign::{Formulation, GroundSurface, InitialPorePressure, Model};
 use crate::gimp::{
-    self, Body, Conditions, Controls, End, InitialPoints, Limits, Material, MaterialError, RestRule, Setup,
-    State, Support,
+    self, Body, Conditions, Controls, End, Fluid, InitialPoints, Limits, Material, MaterialError, RestRule,
+    Setup, State, Support,
 };
 use crate::outcome::{Outcome, Reason};
 use crate::slope;
@@ -241,6 +241,8 @@ impl Prepared {
             pressure,
             cohesion: properties.cohesion_pa.clone(),
             friction_angle: properties.friction_angle_rad.clone(),
+            material: vec![0; count],
+            water_held: vec![false; count],
         }
     }
 
@@ -273,25 +275,33 @@ impl Prepared {
                 top: Support::Open,
                 gravity_m_s2: [0.0, -analysis.gravity_m_s2],
                 closed_surface: water.ground_surface == GroundSurface::Closed,
+                free_water_level_m: None,
             },
-            material: Material {
+            obstacles: Vec::new(),
+            fluid: Fluid {
+                density_kg_m3: water.density_kg_m3,
+                bulk_modulus_pa: water.bulk_modulus_pa,
+                cavitation_suction_pa: water.cavitation_suction_pa,
+                gravity_m_s2: analysis.gravity_m_s2,
+            },
+            materials: vec![Material {
                 youngs_modulus_pa: soil.youngs_modulus_pa,
                 poissons_ratio: soil.poissons_ratio,
                 dilation_angle_rad: soil.dilation_angle_rad,
                 tension_cutoff_pa: soil.tension_cutoff_pa,
+                softening: None,
                 porosity: soil.porosity,
                 permeability_m_s: soil.permeability_m_s,
-                water_density_kg_m3: water.density_kg_m3,
-                water_bulk_modulus_pa: water.bulk_modulus_pa,
-                cavitation_suction_pa: water.cavitation_suction_pa,
-                gravity_m_s2: analysis.gravity_m_s2,
-            },
+            }],
             controls: Controls {
                 formulation: analysis.formulation,
                 volumetric_strain: analysis.volumetric_strain,
                 pressure_relaxation_rate_per_s: analysis.pressure_relaxation_rate_per_s,
                 pic_rate_per_s: analysis.pic_rate_per_s,
+                velocity_filter: analysis.velocity_filter,
                 local_damping: analysis.local_damping,
+                damping_rate_per_s: analysis.damping_rate_per_s,
+                point_domain: analysis.point_domain,
                 courant_number: analysis.courant_number,
             },
             points,

@@ -3,7 +3,7 @@
 use super::{Prepared, Progress};
 use crate::campaign::{
     Analysis, Autocorrelation, Field, Formulation, GroundSurface, InitialPorePressure, Mesh, Model,
-    RunoutMeasure, Sample, Slope, Soil, VolumetricStrain, Water, WaterTable,
+    PointDomain, RunoutMeasure, Sample, Slope, Soil, VelocityFilter, VolumetricStrain, Water, WaterTable,
 };
 use crate::copula::Copula;
 use crate::gimp::Kernel;
@@ -76,7 +76,10 @@ fn model() -> Model {
             volumetric_strain: VolumetricStrain::CellAverage,
             pressure_relaxation_rate_per_s: 300.0,
             pic_rate_per_s: 10.0,
+            velocity_filter: VelocityFilter::Pic,
             local_damping: 0.05,
+            damping_rate_per_s: 0.0,
+            point_domain: PointDomain::Uniform,
             gravity_stage_damping: 0.7,
             gravity_stage_s: 0.1,
             duration_s: 0.05,

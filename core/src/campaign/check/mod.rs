@@ -9,8 +9,8 @@ use crate::campaign::file::{
 };
 use crate::campaign::{
     Analysis, Autocorrelation, Campaign, CampaignError, Field, Formulation, GroundSurface,
-    InitialPorePressure, Mesh, Model, OnFailure, Run, RunoutMeasure, Sample, Site, Slope, Soil,
-    VolumetricStrain, Water, WaterTable,
+    InitialPorePressure, Mesh, Model, OnFailure, PointDomain, Run, RunoutMeasure, Sample, Site, Slope, Soil,
+    VelocityFilter, VolumetricStrain, Water, WaterTable,
 };
 use crate::site::{Property, ZeroRule};
 use std::fmt::Display;
@@ -298,7 +298,18 @@ fn check_analysis(raw: &AnalysisSection) -> Checked<Analysis> {
             raw.pressure_relaxation_rate_per_s,
         )?,
         pic_rate_per_s: non_negative("analysis.pic_rate_per_s", raw.pic_rate_per_s)?,
+        velocity_filter: word(
+            "analysis.velocity_filter",
+            &raw.velocity_filter,
+            &[("pic", VelocityFilter::Pic), ("xpic", VelocityFilter::Xpic)],
+        )?,
         local_damping: share("analysis.local_damping", raw.local_damping)?,
+        damping_rate_per_s: non_negative("analysis.damping_rate_per_s", raw.damping_rate_per_s)?,
+        point_domain: word(
+            "analysis.point_domain",
+            &raw.point_domain,
+            &[("uniform", PointDomain::Uniform), ("stretched", PointDomain::Stretched)],
+        )?,
         gravity_stage_damping: share("analysis.gravity_stage_damping", raw.gravity_stage_damping)?,
         gravity_stage_s: positive("analysis.gravity_stage_s", raw.gravity_stage_s)?,
         duration_s: positive("analysis.duration_s", raw.duration_s)?,

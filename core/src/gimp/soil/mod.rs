@@ -7,15 +7,23 @@
 
 use super::lanes::Lanes;
 
-/// Elastic constants and dilation.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Elastic {
+/// Elastic constants and dilation of eight points.
+#[derive(Clone, Copy)]
+pub(super) struct Elastic<S> {
     /// Bulk modulus, Pa.
-    pub(super) bulk: f64,
+    pub(super) bulk: S,
     /// Shear modulus, Pa.
-    pub(super) shear: f64,
+    pub(super) shear: S,
     /// Sine of the dilation angle.
-    pub(super) sin_psi: f64,
+    pub(super) sin_psi: S,
+}
+
+impl<S: Lanes> Elastic<S> {
+    /// Lame's first constant, Pa.
+    #[inline(always)]
+    fn lame(&self) -> S {
+        S::splat(-2.0 / 3.0).mul_add(self.shear, self.bulk)
+    }
 }
 
 /// Strength of eight points.
@@ -52,7 +60,7 @@ const SMALLEST_RADIUS_PA: f64 = 1e-30;
 /// New stress and increment of the equivalent deviatoric plastic strain.
 #[inline(always)]
 pub(super) fn update<S: Lanes>(
-    elastic: &Elastic,
+    elastic: &Elastic<S>,
     strength: &Strength<S>,
     stress: Stress<S>,
     increment: &Increment<S>,
@@ -117,11 +125,11 @@ fn rotate<S: Lanes>(stress: Stress<S>, increment: &Increment<S>) -> Stress<S> {
 
 /// Elastic predictor: 2 G times the deviatoric strain of the point itself, K times the given volumetric strain.
 #[inline(always)]
-fn predict<S: Lanes>(elastic: &Elastic, stress: Stress<S>, increment: &Increment<S>) -> Stress<S> {
-    let shear = S::splat(elastic.shear);
+fn predict<S: Lanes>(elastic: &Elastic<S>, stress: Stress<S>, increment: &Increment<S>) -> Stress<S> {
+    let shear = elastic.shear;
     let double_shear = shear + shear;
     let third = (increment.xx + increment.yy) * S::splat(1.0 / 3.0);
-    let pressure = S::splat(elastic.bulk) * increment.volumetric;
+    let pressure = elastic.bulk * increment.volumetric;
     Stress {
         xx: double_shear.mul_add(increment.xx - third, stress.xx + pressure),
         yy: double_shear.mul_add(increment.yy - third, stress.yy + pressure),
@@ -138,14 +146,15 @@ fn excess<S: Lanes>(strength: &Strength<S>, a: S, b: S) -> S {
 
 /// Returns sorted principal stresses to the Mohr-Coulomb pyramid; admissible ones stay.
 #[inline(always)]
-fn return_to_surface<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, s: [S; 3]) -> [S; 3] {
+fn return_to_surface<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, s: [S; 3]) -> [S; 3] {
     let one = S::splat(1.0);
     let sin_phi = strength.sin_phi;
     // Flow of the plane (1, 3): D dg/dsigma = (r1, r2, r3).
-    let lame = elastic.bulk - 2.0 / 3.0 * elastic.shear;
-    let r2 = S::splat(2.0 * lame * elastic.sin_psi);
-    let r1 = r2 + S::splat(2.0 * elastic.shear * (1.0 + elastic.sin_psi));
-    let r3 = r2 - S::splat(2.0 * elastic.shear * (1.0 - elastic.sin_psi));
+    let lame = elastic.lame();
+    let double_shear = elastic.shear + elastic.shear;
+    let r2 = (lame + lame) * elastic.sin_psi;
+    let r1 = double_shear.mul_add(one + elastic.sin_psi, r2);
+    let r3 = (-double_shear).mul_add(one - elastic.sin_psi, r2);
     let (up, down) = (one + sin_phi, one - sin_phi);
     let a = up.mul_add(r1, -(down * r3));
 
@@ -187,11 +196,12 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, s: [S;
 /// Associated Rankine return: one, two or three principal stresses at the cut-off. It cannot leave the
 /// Mohr-Coulomb pyramid again: it lowers s1 by at least as much as s3.
 #[inline(always)]
-fn cut_off<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, t: [S; 3]) -> [S; 3] {
+fn cut_off<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, t: [S; 3]) -> [S; 3] {
     let limit = strength.tension;
-    let lame = elastic.bulk - 2.0 / 3.0 * elastic.shear;
-    let beside_one = S::splat(lame / (lame + 2.0 * elastic.shear));
-    let beside_two = S::splat(lame / (2.0 * (lame + elastic.shear)));
+    let lame = elastic.lame();
+    let stiff = lame + elastic.shear;
+    let beside_one = lame / (stiff + elastic.shear);
+    let beside_two = lame / (stiff + stiff);
     let cut = t[0].gt(limit);
     let over = t[0] - limit;
     let one = [limit, (-over).mul_add(beside_one, t[1]), (-over).mul_add(beside_one, t[2])];
@@ -208,11 +218,11 @@ fn cut_off<S: Lanes>(elastic: &Elastic, strength: &Strength<S>, t: [S; 3]) -> [S
 
 /// sqrt(2/3 e:e) of the deviatoric plastic strain that the stress difference of a return stands for.
 #[inline(always)]
-fn deviatoric_strain<S: Lanes>(elastic: &Elastic, difference: [S; 3]) -> S {
+fn deviatoric_strain<S: Lanes>(elastic: &Elastic<S>, difference: [S; 3]) -> S {
     let mean = (difference[0] + difference[1] + difference[2]) * S::splat(1.0 / 3.0);
     let d = [difference[0] - mean, difference[1] - mean, difference[2] - mean];
     let square = d[0].mul_add(d[0], d[1].mul_add(d[1], d[2] * d[2]));
-    (square * S::splat(2.0 / 3.0)).sqrt() * S::splat(0.5 / elastic.shear)
+    (square * S::splat(2.0 / 3.0)).sqrt() * S::splat(0.5) / elastic.shear
 }
 
 #[cfg(test)]

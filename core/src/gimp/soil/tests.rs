@@ -9,8 +9,22 @@ fn reference() -> Value {
     serde_json::from_str(include_str!("../../../tests/data/physics.json")).unwrap()
 }
 
-fn elastic(e: f64, nu: f64, psi_deg: f64) -> Elastic {
-    Elastic {
+#[derive(Clone, Copy)]
+struct Constants {
+    bulk: f64,
+    shear: f64,
+    sin_psi: f64,
+}
+
+impl Constants {
+    fn lanes(&self) -> Elastic<Baseline> {
+        let s = Baseline::splat;
+        Elastic { bulk: s(self.bulk), shear: s(self.shear), sin_psi: s(self.sin_psi) }
+    }
+}
+
+fn elastic(e: f64, nu: f64, psi_deg: f64) -> Constants {
+    Constants {
         bulk: e / (3.0 * (1.0 - 2.0 * nu)),
         shear: e / (2.0 * (1.0 + nu)),
         sin_psi: libm::sin(psi_deg.to_radians()),
@@ -57,7 +71,7 @@ fn first(lanes: Baseline) -> f64 {
 }
 
 /// One update of a single point: stress xx, yy, zz, xy, strain increment xx, yy, xy (no spin).
-fn one(elastic: &Elastic, soil: &Soil, stress: [f64; 4], strain: [f64; 3]) -> ([f64; 4], f64) {
+fn one(elastic: &Constants, soil: &Soil, stress: [f64; 4], strain: [f64; 3]) -> ([f64; 4], f64) {
     let s = Baseline::splat;
     let [xx, yy, zz, xy] = stress.map(s);
     let increment = Increment {
@@ -67,13 +81,13 @@ fn one(elastic: &Elastic, soil: &Soil, stress: [f64; 4], strain: [f64; 3]) -> ([
         yy: s(strain[1]),
         volumetric: s(strain[0] + strain[1]),
     };
-    let (new, plastic) = update(elastic, &soil.lanes(), Stress { xx, yy, zz, xy }, &increment);
+    let (new, plastic) = update(&elastic.lanes(), &soil.lanes(), Stress { xx, yy, zz, xy }, &increment);
     ([first(new.xx), first(new.yy), first(new.zz), first(new.xy)], first(plastic))
 }
 
 /// Compresses along y by `step` a time with the total stress xx held; returns stress and strain after each step.
 fn biaxial(
-    elastic: &Elastic,
+    elastic: &Constants,
     soil: &Soil,
     confinement: f64,
     step: f64,
@@ -173,7 +187,7 @@ fn undrained_biaxial_test() {
 
 /// The independent formula: every set of one or two of the six planes is solved, and the only admissible solution
 /// with non-negative multipliers is the return; if there is none, it is the apex.
-fn enumerate(elastic: &Elastic, soil: &Soil, s: [f64; 3]) -> [f64; 3] {
+fn enumerate(elastic: &Constants, soil: &Soil, s: [f64; 3]) -> [f64; 3] {
     let planes = [(0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1)];
     let scale = s.iter().fold(soil.cohesion, |a, b| a.max(b.abs())).max(1.0);
     let admissible = |t: &[f64; 3]| planes.iter().all(|&(a, b)| soil.excess(t[a], t[b]) <= 1e-9 * scale);

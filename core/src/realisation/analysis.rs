@@ -183,6 +183,7 @@ impl Prepared {
             friction_angle: properties.friction_angle_rad.clone(),
             material: self.materials.clone(),
             water_held: (0..count).map(|i| two && self.is_water_held(i)).collect(),
+            force: vec![[0.0; 2]; count],
         }
     }
 

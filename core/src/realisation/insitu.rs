@@ -96,10 +96,8 @@ impl Prepared {
         let positions: Vec<[f64; 2]> =
             self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
         let volume = self.points.spacing_m * self.points.spacing_m;
-        let buoyancy = |y: f64| match model.water.free_water_level_m {
-            Some(level) if y < level => model.water.density_kg_m3,
-            _ => 0.0,
-        };
+        let size = self.points.spacing_m;
+        let buoyancy = |y: f64| water::submerged_share(&model.water, y, size) * model.water.density_kg_m3;
         let weights = properties.unit_weight_n_m3.iter().zip(&self.points.y);
         InitialPoints {
             density: weights.map(|(w, &y)| w / model.analysis.gravity_m_s2 - buoyancy(y)).collect(),
@@ -120,8 +118,10 @@ impl Prepared {
         for i in order {
             if points.x[i] != column {
                 column = points.x[i];
+                // The free water on top weighs as much as its pressure at half a point above the first.
                 let top = points.y[i] + 0.5 * points.spacing_m;
-                overburden = water::free_water_pressure(&model.water, model.analysis.gravity_m_s2, top);
+                let depth = model.water.free_water_level_m.map_or(0.0, |level| (level - top).max(0.0));
+                overburden = model.water.density_kg_m3 * model.analysis.gravity_m_s2 * depth;
             }
             let weight = properties.unit_weight_n_m3[i] * points.spacing_m;
             let vertical = overburden + 0.5 * weight - pressure[i];
@@ -135,16 +135,22 @@ impl Prepared {
     /// Initial pore pressures, Pa; there are none without water.
     fn initial_pressures(&self) -> Vec<f64> {
         let model = &self.spec.model;
-        let two = model.analysis.formulation == Formulation::TwoPhase;
-        let at = |(&x, &y): (&f64, &f64)| match two {
-            true => water::initial_pressure(&model.slope, &model.water, model.analysis.gravity_m_s2, x, y),
-            false => 0.0,
-        };
-        self.points.x.iter().zip(&self.points.y).map(at).collect()
+        let gravity = model.analysis.gravity_m_s2;
+        let points = &self.points;
+        if model.analysis.formulation == Formulation::OnePhase {
+            return vec![0.0; points.len()];
+        }
+        let at = |x, y| water::initial_pressure(&model.slope, &model.water, gravity, x, y, points.spacing_m);
+        points.x.iter().zip(&points.y).map(|(&x, &y)| at(x, y)).collect()
     }
 
     fn free_water_pressure(&self, i: usize) -> f64 {
         let model = &self.spec.model;
-        water::free_water_pressure(&model.water, model.analysis.gravity_m_s2, self.points.y[i])
+        water::free_water_pressure(
+            &model.water,
+            model.analysis.gravity_m_s2,
+            self.points.y[i],
+            self.points.spacing_m,
+        )
     }
 }

@@ -19,15 +19,32 @@ pub fn pressure_level_m(slope: &Slope, water: &Water, x: f64) -> Option<f64> {
     })
 }
 
-/// Pore pressure at the start at (x, y), Pa: that of water at rest below the level at x, zero above it.
-pub fn initial_pressure(slope: &Slope, water: &Water, gravity_m_s2: f64, x: f64, y: f64) -> f64 {
-    pressure_level_m(slope, water, x)
-        .map_or(0.0, |level| water.density_kg_m3 * gravity_m_s2 * (level - y).max(0.0))
+/// Pore pressure at the start of a point `size` m high at (x, y), Pa: that of water at rest below the level at x, zero
+/// above it.
+pub fn initial_pressure(slope: &Slope, water: &Water, gravity_m_s2: f64, x: f64, y: f64, size: f64) -> f64 {
+    let Some(level) = pressure_level_m(slope, water, x) else { return 0.0 };
+    let at_rest = water.density_kg_m3 * gravity_m_s2 * (level - y).max(0.0);
+    match water.free_water_level_m {
+        // As the free water presses, so that none flows at the water line.
+        Some(free) if ground_surface_y(slope, x) < free => {
+            at_rest.max(free_water_pressure(water, gravity_m_s2, y, size))
+        }
+        _ => at_rest,
+    }
 }
 
-/// Pressure of the free water at elevation `y`, Pa, also inside the ground; zero above its level or without any.
-pub fn free_water_pressure(water: &Water, gravity_m_s2: f64, y: f64) -> f64 {
-    water.free_water_level_m.map_or(0.0, |level| water.density_kg_m3 * gravity_m_s2 * (level - y).max(0.0))
+/// Share of a point `size` m high at elevation `y` that lies below the free water's level.
+pub fn submerged_share(water: &Water, y: f64, size: f64) -> f64 {
+    water.free_water_level_m.map_or(0.0, |level| ((level - y) / size + 0.5).clamp(0.0, 1.0))
+}
+
+/// Pressure of the free water on a point `size` m high at elevation `y`, Pa, also inside the ground: the mean over the
+/// point; zero above the level or without free water.
+pub fn free_water_pressure(water: &Water, gravity_m_s2: f64, y: f64, size: f64) -> f64 {
+    let Some(level) = water.free_water_level_m else { return 0.0 };
+    let share = submerged_share(water, y, size);
+    let mean_depth = if share < 1.0 { 0.5 * share * share * size } else { level - y };
+    water.density_kg_m3 * gravity_m_s2 * mean_depth
 }
 
 #[cfg(test)]
@@ -49,7 +66,7 @@ mod tests {
 
     /// Whole millimetres of water at (x, y).
     fn head(water: &Water, x: f64, y: f64) -> i64 {
-        (initial_pressure(&PAPER, water, 9.81, x, y) / 9.81).round() as i64
+        (initial_pressure(&PAPER, water, 9.81, x, y, 0.2) / 9.81).round() as i64
     }
 
     #[test]
@@ -77,8 +94,11 @@ mod tests {
             [head(&drawdown, -4.0, 1.0), head(&drawdown, -1.0, 0.5), head(&drawdown, 10.0, -1.0)],
             [3000, 1500, 3000]
         );
-        assert_eq!(free_water_pressure(&drawdown, 9.81, -1.0), 3.0 * 9810.0);
-        assert_eq!(free_water_pressure(&drawdown, 9.81, 2.5), 0.0);
+        assert_eq!(free_water_pressure(&drawdown, 9.81, -1.0, 0.2), 3.0 * 9810.0);
+        assert_eq!(free_water_pressure(&drawdown, 9.81, 2.5, 0.2), 0.0);
+        // Half submerged: half of it at a mean depth of a quarter of its size.
+        assert_eq!(submerged_share(&drawdown, 2.0, 0.2), 0.5);
+        assert!((free_water_pressure(&drawdown, 9.81, 2.0, 0.2) / (9810.0 * 0.5 * 0.05) - 1.0).abs() < 1e-12);
     }
 
     #[test]

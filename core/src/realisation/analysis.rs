@@ -161,7 +161,7 @@ impl Prepared {
     }
 
     /// The failure stage's points.
-    fn failure_points(&self, start: &InSitu, properties: &PointProperties) -> InitialPoints {
+    pub(super) fn failure_points(&self, start: &InSitu, properties: &PointProperties) -> InitialPoints {
         let model = &self.spec.model;
         let volume = self.points.spacing_m * self.points.spacing_m;
         let count = self.points.len();

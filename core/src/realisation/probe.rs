@@ -22,7 +22,7 @@ pub fn probe(kernel: Kernel) -> String {
     outcome.expect("nobody cancels the probe").digest
 }
 
-fn spec() -> Spec {
+pub(super) fn spec() -> Spec {
     let random = |property, family, p, q| RandomProperty { property, marginal: Marginal { family, p, q } };
     Spec {
         format: SPEC_FORMAT,

@@ -1,6 +1,7 @@
 //! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its fields, its final
 //! displacements and its plastic strains.
 
+use crate::picture::setting::Setting;
 use crate::picture::soil::{Panel, SoilPicture, range};
 use crate::picture::{self, PictureError};
 use crate::vtu::{PointArray, pvd, vtu};
@@ -8,7 +9,6 @@ use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
-use runout_core::slope;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -117,8 +117,8 @@ impl Gallery {
         let after = |label: &str, values: &[f64], gradient, subtitle: String| SoilPicture {
             title: title.clone(),
             subtitle,
-            ground: ground(model, &last.x),
-            base_m: -model.slope.foundation_depth_m,
+            setting: setting(model, &last.x),
+            moved: true,
             point_size_m: model.mesh.point_spacing_m(),
             panels: vec![Panel {
                 label: label.to_owned(),
@@ -173,8 +173,8 @@ pub fn fields<'a>(
             "scale of fluctuation {} m along the bedding, {} m across it",
             model.field.scale_horizontal_m, model.field.scale_vertical_m
         ),
-        ground: Vec::new(),
-        base_m: -model.slope.foundation_depth_m,
+        setting: setting(model, x),
+        moved: false,
         point_size_m: model.mesh.point_spacing_m(),
         panels,
     }
@@ -207,11 +207,10 @@ fn strain_top(values: &[f64]) -> f64 {
     sorted.get(place).copied().filter(|top| *top > 0.0).unwrap_or(1.0)
 }
 
-/// Ground surface before the slide, to where the material reached.
-fn ground(model: &Model, x: &[f64]) -> Vec<(f64, f64)> {
-    let reach = x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
-    let surface = slope::surface_between(&model.slope, slope::rear_x(&model.slope), reach);
-    surface.into_iter().map(|[x, y]| (x, y)).collect()
+/// What stands around the soil, to where the material or an obstacle reaches.
+fn setting(model: &Model, x: &[f64]) -> Setting {
+    let ends = x.iter().copied().chain(model.obstacles.iter().map(|o| o.x_m[1]));
+    Setting::of(model, ends.filter(|x| x.is_finite()).fold(0.0, f64::max))
 }
 
 fn result_in_words(model: &Model, outcome: &Outcome) -> String {

@@ -33,17 +33,14 @@ pub struct Energy {
     pub damping_j: f64,
     /// What is missing in the balance: energy lost (positive) or made (negative) by the scheme.
     pub drift_j: f64,
+    /// Energy that there was to turn over: kinetic, elastic and pore water energy at the start, and outer work.
+    pub available_j: f64,
 }
 
 impl Energy {
-    /// Drift over the energy that was set free: outer work and released kinetic, elastic and pore water energy; 0 if
-    /// none was.
+    /// Drift over the energy that there was to turn over; 0 if there was none.
     pub fn drift(&self) -> f64 {
-        let released = self.outer_work_j.max(0.0)
-            + (-self.kinetic_j).max(0.0)
-            + (-self.elastic_j).max(0.0)
-            + (-self.pore_water_j).max(0.0);
-        if released > 0.0 { self.drift_j / released } else { 0.0 }
+        if self.available_j > 0.0 { self.drift_j / self.available_j } else { 0.0 }
     }
 }
 
@@ -93,6 +90,7 @@ impl Ledger {
             contact_j: self.contact,
             damping_j: self.damping + (self.water - pore_water_j),
             drift_j: self.outer - kinetic_j - taken,
+            available_j: start.kinetic + start.elastic + start.pore_water + self.outer.max(0.0),
         }
     }
 }

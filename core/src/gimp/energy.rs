@@ -102,8 +102,8 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
     let load = |v: &V8| Baseline::load(v);
     for (i, block) in arena.blocks.iter().enumerate() {
         let porosity = lanes_of(water::porosity(load(&block.volume), load(&block.grains)));
-        let last = i + 1 == arena.blocks.len();
-        for q in 0..if last { arena.live_in_last } else { 8 } {
+        let live = if i + 1 == arena.blocks.len() { arena.live_in_last } else { 8 };
+        for (q, &porosity) in porosity[..live].iter().enumerate() {
             let at = |v: &V8| v.0[q];
             let volume = at(&block.volume);
             sum.kinetic +=
@@ -116,7 +116,7 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
             if two {
                 let water = (volume - at(&block.grains)) * fluid.density_kg_m3;
                 sum.kinetic += 0.5 * water * (at(&block.wx) * at(&block.wx) + at(&block.wy) * at(&block.wy));
-                sum.pore_water += 0.5 * volume * porosity[q] * at(&block.pressure) * at(&block.pressure)
+                sum.pore_water += 0.5 * volume * porosity * at(&block.pressure) * at(&block.pressure)
                     / fluid.bulk_modulus_pa;
             }
         }

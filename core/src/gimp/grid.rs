@@ -99,7 +99,7 @@ impl<S: Lanes> GridLanes<S> {
 
     /// Positions of eight points from the middles of their cells, m.
     #[inline(always)]
-    pub(super) fn from_middles(&self, coordinates: [S; 2]) -> [S; 2] {
+    pub(super) fn offsets_in_cells(&self, coordinates: [S; 2]) -> [S; 2] {
         let ([x, y], [i, j], half) = (coordinates, self.corners(coordinates), S::splat(0.5));
         [(x - i - half) * self.cell, (y - j - half) * self.cell]
     }

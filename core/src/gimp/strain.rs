@@ -23,7 +23,7 @@ impl Averaging {
     /// between the points of a cell beyond that is what relaxation takes away: water at rest stays at rest.
     #[inline(always)]
     pub(super) fn hydrostatic<S: Lanes, const EXTRA: bool>(&self, grid: &GridLanes<S>, block: &Block) -> S {
-        let [x, y] = grid.from_middles(grid.coordinates(&block.x, &block.y));
+        let [x, y] = grid.offsets_in_cells(grid.coordinates(&block.x, &block.y));
         let rise = S::splat(self.water_weight[0]).mul_add(x, S::splat(self.water_weight[1]) * y);
         if EXTRA && self.held_differs { rise * (S::splat(1.0) - S::load(&block.held)) } else { rise }
     }

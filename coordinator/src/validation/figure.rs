@@ -12,16 +12,18 @@ const LEFT_PX: i32 = 215;
 const RIGHT_PX: i32 = 60;
 const PLOT_PX: i32 = 620;
 const BOTTOM_PX: i32 = 130;
-/// Room above the frame without a legend.
+/// Room above the frame without a legend, and for a title.
 const TOP_PX: i32 = 30;
+const TITLE_PX: i32 = 56;
 const LEGEND_ROW_PX: i32 = 48;
 const SAMPLE_PX: i32 = 60;
 /// Mean advance of a character of the font over its size.
-const CHARACTER_SHARE: f64 = 0.5;
+const CHARACTER_SHARE: f64 = 0.47;
 /// Room between the data and the frame, share of their range.
 const MARGIN_SHARE: f64 = 0.04;
 /// Lowest and tallest frame of a figure with equal axes, px.
 const EQUAL_PX: (f64, f64) = (160.0, 1000.0);
+const LETTERS_ABOVE_PX: i32 = 6;
 const CIRCLE_PX: f64 = 9.0;
 const DOT_PX: f64 = 4.0;
 const LINE_PX: u32 = 4;
@@ -29,6 +31,8 @@ const LINE_PX: u32 = 4;
 /// A figure on its way to paper.
 pub(super) struct Picture<'a> {
     pub(super) figure: &'a Figure,
+    /// Whether it bears its title: on a page the caption does.
+    pub(super) titled: bool,
 }
 
 impl Picture<'_> {
@@ -80,8 +84,13 @@ impl Picture<'_> {
         places
     }
 
+    /// Upper edge of the legend.
+    fn legend_px(&self) -> i32 {
+        if self.titled { TITLE_PX } else { 0 }
+    }
+
     fn top_px(&self) -> i32 {
-        TOP_PX + self.legend().last().map_or(0, |(_, _, row)| (row + 1) * LEGEND_ROW_PX)
+        self.legend_px() + TOP_PX + self.legend().last().map_or(0, |(_, _, row)| (row + 1) * LEGEND_ROW_PX)
     }
 }
 
@@ -91,7 +100,7 @@ impl Draw for Picture<'_> {
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>) -> Result<(), PictureError> {
-        let (width, height) = self.size();
+        let (_, height) = self.size();
         let (x, y) = (self.range(0), self.range(1));
         let right = if self.figure.equal_axes {
             let scale = f64::from(self.plot_px()) / (y.1 - y.0);
@@ -107,8 +116,9 @@ impl Draw for Picture<'_> {
             x: Axis::linear(&self.figure.x, x.0, x.1),
             y: Axis::linear(&self.figure.y, y.0, y.1),
         };
-        // Behind the embedded figure is the page, behind a file's figure is white.
-        let _ = width;
+        if self.titled {
+            canvas.text(&self.figure.title, (LEFT_PX, TITLE_PX / 2 + 6), TEXT_PX, INK, Anchor::Left)?;
+        }
         frame.draw(canvas, true)?;
         let order = |lines: bool| {
             (0..self.figure.series.len())
@@ -130,14 +140,22 @@ impl Picture<'_> {
     ) -> Result<(), PictureError> {
         for (k, x, row) in self.legend() {
             let series = &self.figure.series[k];
-            let (left, y) = (frame.left + x, TOP_PX / 2 + LEGEND_ROW_PX / 2 + row * LEGEND_ROW_PX);
+            let y = self.legend_px() + TOP_PX / 2 + LEGEND_ROW_PX / 2 + row * LEGEND_ROW_PX;
+            // The font's letters stand a little above the middle of their line.
+            let (left, y) = (frame.left + x, y - LETTERS_ABOVE_PX);
             let (colour, middle) = (self.colour(k), (left + SAMPLE_PX / 2, y));
             match series.marks {
                 Marks::Line => canvas.path(vec![(left, y), (left + SAMPLE_PX, y)], colour, LINE_PX)?,
                 Marks::Circles => circle(canvas, middle, colour)?,
                 Marks::Dots => dot(canvas, middle, colour)?,
             }
-            canvas.text(&series.label, (left + SAMPLE_PX + 16, y), TEXT_PX, INK, Anchor::Left)?;
+            canvas.text(
+                &series.label,
+                (left + SAMPLE_PX + 16, y + LETTERS_ABOVE_PX),
+                TEXT_PX,
+                INK,
+                Anchor::Left,
+            )?;
         }
         Ok(())
     }

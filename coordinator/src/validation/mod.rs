@@ -112,8 +112,10 @@ pub struct Drawn {
     pub name: String,
     /// Caption.
     pub title: String,
-    /// SVG text.
+    /// SVG text with the title.
     pub svg: String,
+    /// The same without it, for a page that has captions.
+    pub embedded: String,
     /// Bytes of the PNG file.
     pub png: Vec<u8>,
 }
@@ -127,11 +129,13 @@ pub fn draw(ran: &Ran) -> Result<Vec<Drawn>, PictureError> {
     figures
         .iter()
         .map(|figure| {
-            let picture = figure::Picture { figure };
+            let picture = figure::Picture { figure, titled: true };
+            let untitled = figure::Picture { figure, titled: false };
             Ok(Drawn {
                 name: format!("{}-{}", ran.case.name, figure.name),
                 title: figure.title.clone(),
                 svg: svg(&picture)?,
+                embedded: svg(&untitled)?,
                 png: png(&picture)?,
             })
         })

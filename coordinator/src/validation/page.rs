@@ -71,7 +71,7 @@ fn section(ran: &Ran, drawn: &[Drawn]) -> String {
         Err(message) => html.push_str(&paragraph(format!("<strong>FAIL</strong>: {}", escape(message)))),
     }
     for drawn in drawn {
-        html.push_str(&figure(&drawn.svg, &drawn.title));
+        html.push_str(&figure(&drawn.embedded, &drawn.title));
     }
     html + "</section>\n"
 }

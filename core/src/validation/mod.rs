@@ -5,10 +5,11 @@
 //! time and draws the figures. The quick form of every case is also a test.
 
 mod report;
+mod slopes;
 
 pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series};
 
 /// Every case, in the order of the report.
 pub fn cases() -> Vec<Case> {
-    Vec::new()
+    vec![slopes::ONSET, slopes::CONVERGENCE, slopes::WATER_MODULUS, slopes::DAMPING]
 }

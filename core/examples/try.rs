@@ -1,0 +1,4 @@
+use runout_core::validation::try_slides;
+fn main() {
+    try_slides();
+}

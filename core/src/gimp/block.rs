@@ -81,4 +81,34 @@ block! {
     tension,
     /// Equivalent deviatoric plastic strain.
     plastic_strain,
+    /// Peak cohesion, Pa; this and the rest of the strength below only where strength softens.
+    cohesion,
+    /// Peak friction angle, rad.
+    friction_angle,
+    /// Peak dilation angle, rad.
+    dilation_angle,
+    /// Tension cut-off, Pa; infinite if there is none.
+    tension_cutoff,
+    /// Residual over peak cohesion.
+    residual_cohesion,
+    /// Residual over peak friction angle.
+    residual_friction_angle,
+    /// Residual over peak dilation angle.
+    residual_dilation_angle,
+    /// Decay of what is left of the peak strength per equivalent plastic strain.
+    softening_rate,
+    /// What is left of the difference between peak and residual strength, from 1 to 0.
+    peak_left,
+    /// Half the sides of the point's domain, in cells.
+    half_x,
+    /// As `half_x`.
+    half_y,
+    /// Gravity over hydraulic conductivity, 1/s: drag per mass of water and relative velocity.
+    drag_rate,
+    /// 1 where the skeleton holds the weight of the water, else 0.
+    held,
+    /// External force on the mixture, N per m of width.
+    force_x,
+    /// As `force_x`.
+    force_y,
 }

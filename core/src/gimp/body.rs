@@ -2,15 +2,19 @@
 
 use super::advance::{Arena, Step};
 use super::block::Block;
+use super::energy::{Energy, Ledger, Stored, stored};
+use super::fill::{fill_blocks, point_loads_needed};
 use super::kernel::{Kernel, dispatch};
+use super::loads::Loads;
 use super::momentum::Balance;
 use super::nodes::Nodes;
 use super::rest::Stand;
 use super::setup::{InitialPoints, Setup};
 use super::sort;
-use super::time_step::{bulk_and_shear, fastest_wave, time_step};
+use super::strain::Averaging;
+use super::time_step::{fastest_wave, time_step};
 use super::water::PoreWater;
-use crate::campaign::{Formulation, VolumetricStrain};
+use crate::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
 use thiserror::Error;
 
 /// Largest friction angle that can be analysed, rad (80 degrees: tan phi is 5.7, far above any soil's).
@@ -98,6 +102,14 @@ pub struct Body {
     arena: Arena,
     /// Original index of the point in each place.
     order: Vec<u32>,
+    /// Whether points carry loads of their own.
+    loads: bool,
+    /// Whether some point's strength softens.
+    soften: bool,
+    /// Share of the external forces that acts.
+    load_share: f64,
+    start: Stored,
+    ledger: Ledger,
     wave_m_s: f64,
     largest_density: f64,
     fastest_m_s: f64,
@@ -120,17 +132,25 @@ impl Body {
         let points = &setup.points;
         let (blocks, live_in_last) = fill_blocks(&setup);
         let grid = setup.grid;
+        let loads = point_loads_needed(&setup);
+        let filter = setup.controls.velocity_filter == VelocityFilter::Xpic;
+        let arena = Arena {
+            grid,
+            blocks,
+            live_in_last,
+            nodes: Nodes::new(&grid, &setup.conditions, &setup.obstacles, loads, filter),
+            scattered: false,
+        };
+        let two = setup.controls.formulation == Formulation::TwoPhase;
         let mut body = Body {
             kernel: kernel.or_best(),
-            arena: Arena {
-                grid,
-                half_length: 0.5 / f64::from(setup.points_per_cell_side),
-                blocks,
-                live_in_last,
-                nodes: Nodes::new(&grid, &setup.conditions),
-                scattered: false,
-            },
+            start: stored(&arena, &setup.fluid, two),
+            ledger: Ledger::default(),
+            arena,
             order: (0..points.len() as u32).collect(),
+            loads,
+            soften: setup.materials.iter().any(|m| m.softening.is_some()),
+            load_share: 1.0,
             wave_m_s: fastest_wave(&setup),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
             fastest_m_s: points
@@ -181,11 +201,24 @@ impl Body {
         let two = self.setup.controls.formulation == Formulation::TwoPhase;
         let step = self.constants(dt_s);
         let report = dispatch(self.kernel, two, &mut self.arena, &step);
+        self.ledger.enter(&report);
         self.fastest_m_s = report.fastest;
         self.travelled_m += report.fastest * dt_s;
         self.time_s += dt_s;
         self.steps += 1;
         Report { kinetic_energy_j: report.kinetic_energy, left_grid: report.left_grid }
+    }
+
+    /// Lets this share of the external forces act from now on (1 at first).
+    pub fn set_load_share(&mut self, share: f64) {
+        self.load_share = share;
+        self.arena.rescatter();
+    }
+
+    /// The balance of energy since the start.
+    pub fn energy(&self) -> Energy {
+        let two = self.setup.controls.formulation == Formulation::TwoPhase;
+        self.ledger.balance(&self.start, &stored(&self.arena, &self.setup.fluid, two))
     }
 
     /// The points' positions in their original order, m.
@@ -247,21 +280,40 @@ impl Body {
     }
 
     fn constants(&self, dt: f64) -> Step {
-        let Setup { materials, fluid, controls, conditions, grid, .. } = &self.setup;
+        let Setup { materials, fluid, controls, conditions, points, grid, .. } = &self.setup;
         // A rate r becomes the share 1 - exp(-r dt) of one step, so that results do not hang on the step.
         let share = |rate: f64| -libm::expm1(-rate * dt);
+        // With loads each point's own share counts; without, all points are alike.
+        let held = !self.loads && points.water_held.first().is_some_and(|&held| held);
+        let water_weight = if held { 0.0 } else { 1.0 };
+        let material = &materials[usize::from(points.material.first().copied().unwrap_or(0))];
         Step {
             dt,
             pic: share(controls.pic_rate_per_s),
+            filter_twice: controls.velocity_filter == VelocityFilter::Xpic,
             average_strain: controls.volumetric_strain == VolumetricStrain::CellAverage,
+            stretch: controls.point_domain == PointDomain::Stretched,
+            soften: self.soften,
             balance: Balance {
                 gravity: conditions.gravity_m_s2,
+                water_weight,
                 damping: controls.local_damping,
-                drag_rate: fluid.gravity_m_s2 / materials[0].permeability_m_s,
+                decay: share(controls.damping_rate_per_s),
+                drag_rate: fluid.gravity_m_s2 / material.permeability_m_s,
                 water_density: fluid.density_kg_m3,
                 cell_mass: self.largest_density * grid.cell_m * grid.cell_m,
                 closed_surface: conditions.closed_surface,
             },
+            averaging: Averaging {
+                water_weight: conditions.gravity_m_s2.map(|g| g * fluid.density_kg_m3 * water_weight),
+                held_differs: self.loads,
+            },
+            loads: self.loads.then_some(Loads {
+                share: self.load_share,
+                gravity: conditions.gravity_m_s2,
+                water_density: fluid.density_kg_m3,
+                free_water_level: conditions.free_water_level_m.unwrap_or(f64::NEG_INFINITY),
+            }),
             water: PoreWater {
                 bulk: fluid.bulk_modulus_pa,
                 relaxation: share(controls.pressure_relaxation_rate_per_s),
@@ -293,45 +345,4 @@ fn check(setup: &Setup) -> Result<(), MaterialError> {
         }
     }
     Ok(())
-}
-
-/// The points in blocks, in the given order, and how many of the last block are real.
-fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
-    let Setup { points, fluid, controls, .. } = setup;
-    let two = controls.formulation == Formulation::TwoPhase;
-    let count = points.len();
-    let mut blocks = vec![Block::EMPTY; count.div_ceil(8)];
-    for i in 0..count {
-        let (block, lane, material) = (&mut blocks[i / 8], i % 8, setup.material_of(i));
-        let (bulk, shear) = bulk_and_shear(material);
-        block.bulk.0[lane] = bulk;
-        block.shear.0[lane] = shear;
-        block.sin_psi.0[lane] = libm::sin(material.dilation_angle_rad);
-        let grains = if two { (1.0 - material.porosity) * points.volume[i] } else { 0.0 };
-        let water_mass = if two { material.porosity * fluid.density_kg_m3 * points.volume[i] } else { 0.0 };
-        block.x.0[lane] = points.x[i];
-        block.y.0[lane] = points.y[i];
-        [block.vx.0[lane], block.vy.0[lane]] = points.velocity[i];
-        [block.wx.0[lane], block.wy.0[lane]] = points.velocity[i];
-        [block.sxx.0[lane], block.syy.0[lane], block.szz.0[lane], block.sxy.0[lane]] = points.stress[i];
-        block.pressure.0[lane] = points.pressure[i];
-        block.volume.0[lane] = points.volume[i];
-        block.grains.0[lane] = grains;
-        block.mass.0[lane] = points.density[i] * points.volume[i] - water_mass;
-        let strength = strength(points.cohesion[i], points.friction_angle[i], material.tension_cutoff_pa);
-        [block.sin_phi.0[lane], block.two_c_cos_phi.0[lane], block.apex.0[lane], block.tension.0[lane]] =
-            strength;
-    }
-    (blocks, count - 8 * (count.div_ceil(8) - 1).min(count))
-}
-
-/// sin phi, 2 c cos phi, c cot phi and the tension cut-off of one point.
-fn strength(cohesion: f64, friction_angle: f64, cutoff: Option<f64>) -> [f64; 4] {
-    let (sin, cos) = libm::sincos(friction_angle);
-    let apex = if sin > 0.0 { cohesion * cos / sin } else { f64::INFINITY };
-    let tension = match cutoff {
-        Some(limit) if cohesion.is_finite() => limit.min(apex),
-        _ => apex,
-    };
-    [sin, 2.0 * cohesion * cos, apex, tension]
 }

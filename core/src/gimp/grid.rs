@@ -57,19 +57,19 @@ pub(super) struct GridLanes<S> {
     pub(super) stride: S,
     /// Largest node that may be the nearest to a point, per direction (the smallest is 1).
     pub(super) last_nearest: [S; 2],
-    /// Half the length of a point over the side of a cell.
-    pub(super) half_length: S,
+    /// Side of a cell, m.
+    pub(super) cell: S,
 }
 
 impl<S: Lanes> GridLanes<S> {
     #[inline(always)]
-    pub(super) fn new(grid: &Grid, half_length: f64) -> Self {
+    pub(super) fn new(grid: &Grid) -> Self {
         GridLanes {
             origin: [S::splat(grid.origin_m[0]), S::splat(grid.origin_m[1])],
             inverse_cell: S::splat(1.0 / grid.cell_m),
             stride: S::splat(grid.nodes[0] as f64),
             last_nearest: [S::splat((grid.nodes[0] - 2) as f64), S::splat((grid.nodes[1] - 2) as f64)],
-            half_length: S::splat(half_length),
+            cell: S::splat(grid.cell_m),
         }
     }
 
@@ -82,9 +82,21 @@ impl<S: Lanes> GridLanes<S> {
     /// Cells of eight points, clamped into the grid.
     #[inline(always)]
     pub(super) fn cells(&self, coordinates: [S; 2]) -> [usize; 8] {
-        let zero = S::splat(0.0);
-        let i = coordinates[0].max(zero).min(self.last_nearest[0]).floor();
-        let j = coordinates[1].max(zero).min(self.last_nearest[1]).floor();
+        let [i, j] = self.corners(coordinates);
         j.mul_add(self.stride, i).indices()
+    }
+
+    /// Cell coordinates of the lower left corners of the cells of eight points, clamped into the grid.
+    #[inline(always)]
+    fn corners(&self, coordinates: [S; 2]) -> [S; 2] {
+        let zero = S::splat(0.0);
+        [0, 1].map(|a| coordinates[a].max(zero).min(self.last_nearest[a]).floor())
+    }
+
+    /// Positions of eight points from the middles of their cells, m.
+    #[inline(always)]
+    pub(super) fn from_middles(&self, coordinates: [S; 2]) -> [S; 2] {
+        let corners = self.corners(coordinates);
+        [0, 1].map(|a| (coordinates[a] - corners[a] - S::splat(0.5)) * self.cell)
     }
 }

@@ -6,21 +6,26 @@
 //! 2. `momentum`: accelerations with implicit drag, damping and boundary conditions.
 //! 3. `gather`: velocities and moves of the points, and their momenta back to the nodes (MUSL).
 //! 4. `strain`: velocity gradients from the second set of nodal velocities; means over cells.
-//! 5. `soil` and `water`: stress and pore pressure; then the points move.
+//! 5. `update`, with `soil` and `water`: stress, strength and pore pressure; then the points move.
 //!
 //! `stage` is the time loop, `rest` the rules that end it, `time_step` the critical step. The points lie in blocks
 //! of eight (`block`), sorted by cell (`sort`); the step is compiled three times (`kernel`) from one source
 //! (`advance`, `lanes`), all with the same bits. One analysis runs in one thread.
+//!
+//! `loads` adds what acts on single points (free water, held water, external forces), `energy` keeps the balance of energy.
 //!
 //! A point's water never leaves it (single-point formulation): there is no free water and no seepage face.
 
 mod advance;
 mod block;
 mod body;
+mod energy;
+mod fill;
 mod gather;
 mod grid;
 mod kernel;
 mod lanes;
+mod loads;
 mod momentum;
 mod nodes;
 mod rest;
@@ -32,9 +37,11 @@ mod sort;
 mod stage;
 mod strain;
 mod time_step;
+mod update;
 mod water;
 
 pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
+pub use energy::Energy;
 pub use grid::Grid;
 pub use kernel::Kernel;
 pub use rest::{RestRule, net_velocity};

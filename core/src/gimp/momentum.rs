@@ -9,7 +9,8 @@
 //! 2 k (1 - n) rho_s / (n g rho_sat); Mieremet et al. 2016). The water's balance is the one not weighted with the
 //! porosity, multiplied by the node's mean porosity: where porosity varies no force p grad n appears.
 
-use super::nodes::Nodes;
+use super::lanes::V8;
+use super::nodes::{Contact, Nodes};
 use std::ops::Range;
 
 /// A node with less than this share of a cell's mass is left alone: its sums are round-off. Near the edge of a shape
@@ -26,9 +27,14 @@ const SURFACE_FILL: f64 = 0.75;
 pub(super) struct Balance {
     /// Gravity vector, m/s2.
     pub(super) gravity: [f64; 2],
+    /// Share of the water's weight that acts on the water; the skeleton carries the rest. Where points differ this
+    /// is 1 and the loads say how.
+    pub(super) water_weight: f64,
     /// Local damping, share of the unbalanced force.
     pub(super) damping: f64,
-    /// Gravity over hydraulic conductivity, 1/s: drag per mass of water and relative velocity.
+    /// What a step's decay at the damping rate takes of a velocity, as a share.
+    pub(super) decay: f64,
+    /// Gravity over hydraulic conductivity, 1/s: drag per mass of water and relative velocity; unused with loads.
     pub(super) drag_rate: f64,
     /// Density of the water, kg/m3.
     pub(super) water_density: f64,
@@ -38,10 +44,33 @@ pub(super) struct Balance {
     pub(super) closed_surface: bool,
 }
 
-/// Local damping (Cundall 1987): takes a share of the unbalanced force, against the velocity. The change of
-/// velocity in the step stands for the unbalanced force, drag included.
+/// Work at the nodes in one step, J per m of width.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct NodeWork {
+    /// Done by weight, buoyancy and external forces.
+    pub(super) outer: f64,
+    /// Taken by Darcy drag.
+    pub(super) drag: f64,
+    /// Taken by local damping and by the decay of velocities.
+    pub(super) damping: f64,
+    /// Taken by friction and impact at frictional walls.
+    pub(super) contact: f64,
+}
+
+/// What is known of one node before its balance is solved.
+struct Node<'a> {
+    sums: &'a [f64; 8],
+    forces: &'a [f64; 8],
+    loads: Option<&'a [f64; 8]>,
+    free: &'a [f64; 4],
+    contact: Option<Contact>,
+    closed: bool,
+}
+
+/// Change of a velocity after damping: local damping (Cundall 1987) takes a share of the unbalanced force, against the
+/// velocity, for which the change of velocity in the step, drag included, stands; then velocities decay at a rate.
 #[inline(always)]
-fn damp(change: f64, velocity: f64, share: f64) -> f64 {
+fn damp(change: f64, velocity: f64, balance: &Balance) -> f64 {
     let direction = if velocity > 0.0 {
         1.0
     } else if velocity < 0.0 {
@@ -49,158 +78,210 @@ fn damp(change: f64, velocity: f64, share: f64) -> f64 {
     } else {
         0.0
     };
-    change - share * change.abs() * direction
+    let change = change - balance.damping * change.abs() * direction;
+    change - balance.decay * (velocity + change)
 }
 
 /// Solves the balance at every node; leaves changes and new velocities in `rates`, and `velocities` zeroed.
 #[inline(always)]
-pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, dt: f64) {
+pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, dt: f64) -> NodeWork {
     let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
-    for span in 0..nodes.spans.len() {
-        let Range { start, end } = nodes.spans[span].clone();
-        let rows = nodes.sums[start..end]
-            .iter()
-            .zip(&mut nodes.forces[start..end])
-            .zip(&mut nodes.rates[start..end])
-            .zip(&mut nodes.velocities[start..end])
-            .zip(&nodes.free[start..end])
-            .zip(&nodes.full_volume[start..end])
-            .zip(&nodes.friction[start..end]);
-        for ((((((sums, forces), rates), velocities), free), &full), &friction) in rows {
-            velocities.0 = [0.0; 8];
-            if sums.0[0] <= smallest {
-                forces.0 = [0.0; 8];
-                rates.0 = [0.0; 8];
-                continue;
-            }
-            rates.0 = if TWO {
-                let closed = balance.closed_surface && sums.0[6] < SURFACE_FILL * full;
-                let solved = two_phases(&sums.0, &forces.0, free, balance, closed, dt);
-                forces.0 = [0.0; 8];
-                solved
+    let mut work = NodeWork::default();
+    let Nodes { sums, forces, rates, velocities, loads, free, full_volume, contact, spans, .. } = nodes;
+    for Range { start, end } in spans.iter().cloned() {
+        for k in start..end {
+            velocities[k] = V8::ZERO;
+            if sums[k].0[0] <= smallest {
+                rates[k] = V8::ZERO;
             } else {
-                one_phase(&sums.0, free, friction, balance, dt)
-            };
+                let closed = TWO && balance.closed_surface && sums[k].0[6] < SURFACE_FILL * full_volume[k];
+                let node = Node {
+                    sums: &sums[k].0,
+                    forces: &forces[k].0,
+                    loads: loads.get(k).map(|row| &row.0),
+                    free: &free[k],
+                    contact: contact[k],
+                    closed,
+                };
+                rates[k].0 = if TWO {
+                    two_phases(&node, balance, dt, &mut work)
+                } else {
+                    one_phase(&node, balance, dt, &mut work)
+                };
+            }
+            if TWO {
+                forces[k] = V8::ZERO;
+            }
+            if let Some(row) = loads.get_mut(k) {
+                *row = V8::ZERO;
+            }
         }
     }
+    work
 }
 
 #[inline(always)]
-fn one_phase(
-    sums: &[f64; 8],
-    free: &[f64; 4],
-    friction: Option<f64>,
-    balance: &Balance,
-    dt: f64,
-) -> [f64; 8] {
-    let inverse = 1.0 / sums[0];
+fn one_phase(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -> [f64; 8] {
+    let Node { sums, free, .. } = node;
+    let mass = sums[0];
+    let inverse = 1.0 / mass;
     let mut rates = [0.0; 8];
     for axis in 0..2 {
         let arriving = sums[2 + axis] * inverse;
-        let force = (sums[4 + axis] + sums[6 + axis]) * inverse + balance.gravity[axis];
-        let change = damp(dt * force, arriving, balance.damping);
+        let outer = mass * balance.gravity[axis] + node.loads.map_or(0.0, |l| l[1 + axis]);
+        let undamped = dt * (sums[4 + axis] + sums[6 + axis] + outer) * inverse;
+        let change = damp(undamped, arriving, balance);
         rates[axis] = change * free[axis];
         rates[4 + axis] = (arriving + change) * free[axis];
+        let mean = (arriving + 0.5 * change) * free[axis];
+        work.outer += dt * outer * mean;
+        work.damping += mass * (undamped - change) * mean;
     }
-    if let Some(coefficient) = friction {
-        touch_down(&mut rates, coefficient);
+    if let Some(contact) = node.contact {
+        let normal = rates[4 + contact.axis] * contact.inward;
+        work.contact += touch(&mut rates, contact, -normal, mass, 0.0);
     }
     rates
 }
 
-/// Contact with the bottom wall where the node moves into it: the normal velocity is taken away, and of the
-/// tangential one up to `coefficient` times as much (Coulomb). A node that moves off is free.
 #[inline(always)]
-fn touch_down(rates: &mut [f64; 8], coefficient: f64) {
-    let (sliding, normal) = (rates[4], rates[5]);
-    if normal >= 0.0 {
-        return;
-    }
-    let kept = (sliding.abs() + coefficient * normal).max(0.0);
-    let slowed = if sliding < 0.0 { -kept } else { kept };
-    rates[0] += slowed - sliding;
-    rates[1] -= normal;
-    rates[4] = slowed;
-    rates[5] = 0.0;
-}
-
-#[inline(always)]
-fn two_phases(
-    sums: &[f64; 8],
-    forces: &[f64; 8],
-    free: &[f64; 4],
-    balance: &Balance,
-    closed: bool,
-    dt: f64,
-) -> [f64; 8] {
+fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -> [f64; 8] {
+    let Node { sums, forces, free, .. } = node;
     let (skeleton, water) = (sums[0], sums[1]);
     let porosity = water / (balance.water_density * sums[6]);
     let both = skeleton + water;
-    let drag = dt * balance.drag_rate * porosity * water;
+    let drag = dt * node.loads.map_or(balance.drag_rate * porosity * water, |l| l[0]);
     let inverse = 1.0 / (skeleton * water + drag * both);
     let (inverse_skeleton, inverse_water, inverse_both) = (1.0 / skeleton, 1.0 / water, 1.0 / both);
     let mut rates = [0.0; 8];
+    let mut arrived = [[0.0; 2]; 2];
     for axis in 0..2 {
         let v = sums[2 + axis] * inverse_skeleton;
         let w = sums[4 + axis] * inverse_water;
         let on_water = porosity * (forces[2 + axis] + forces[6 + axis]);
         let on_skeleton = forces[axis] + forces[4 + axis] - on_water;
-        let r_v = sums[2 + axis] + dt * (on_skeleton + skeleton * balance.gravity[axis]);
-        let r_w = sums[4 + axis] + dt * (on_water + water * balance.gravity[axis]);
-        let (new_v, new_w) = if closed {
+        let (extra_mixture, extra_water) = node.loads.map_or((0.0, 0.0), |l| (l[1 + axis], l[3 + axis]));
+        let outer_water = balance.water_weight * (water * balance.gravity[axis]) + extra_water;
+        let outer_skeleton = both * balance.gravity[axis] + extra_mixture - outer_water;
+        let r_v = sums[2 + axis] + dt * (on_skeleton + outer_skeleton);
+        let r_w = sums[4 + axis] + dt * (on_water + outer_water);
+        let (new_v, new_w) = if node.closed {
             let together = (r_v + r_w) * inverse_both;
             (together, together)
         } else {
             (((water + drag) * r_v + drag * r_w) * inverse, (drag * r_v + (skeleton + drag) * r_w) * inverse)
         };
-        let change_v = damp(new_v - v, v, balance.damping);
-        let change_w = damp(new_w - w, w, balance.damping);
+        let change_v = damp(new_v - v, v, balance);
+        let change_w = damp(new_w - w, w, balance);
         rates[axis] = change_v * free[axis];
         rates[2 + axis] = change_w * free[2 + axis];
         rates[4 + axis] = (v + change_v) * free[axis];
         rates[6 + axis] = (w + change_w) * free[2 + axis];
+        arrived[axis] = [r_v, r_w];
+        let mean_v = (v + 0.5 * change_v) * free[axis];
+        let mean_w = (w + 0.5 * change_w) * free[2 + axis];
+        work.outer += dt * (outer_skeleton * mean_v + outer_water * mean_w);
+        work.drag += (skeleton * new_v - r_v) * (mean_w - mean_v);
+        work.damping += skeleton * (new_v - v - change_v) * mean_v + water * (new_w - w - change_w) * mean_w;
+    }
+    if let Some(contact) = node.contact {
+        // Friction sees the effective stress: the wall's whole reaction less that of pore water in the whole volume.
+        let [r_v, r_w] = arrived[contact.axis];
+        let push = (r_w * (1.0 - porosity) / porosity - r_v) * contact.inward * inverse_skeleton;
+        work.contact += touch(&mut rates, contact, push, skeleton, water);
     }
     rates
+}
+
+/// Contact with a wall where the skeleton moves into it: the normal velocities are taken away, and of the skeleton's
+/// tangential one up to `push` times the coefficient (Coulomb; `push` is the effective reaction's impulse over the
+/// skeleton's mass). Skeleton that moves off is free; water never passes. Returns the energy this takes.
+#[inline(always)]
+fn touch(rates: &mut [f64; 8], contact: Contact, push: f64, skeleton: f64, water: f64) -> f64 {
+    let (normal, tangential) = (contact.axis, 1 - contact.axis);
+    let before = *rates;
+    if rates[4 + normal] * contact.inward < 0.0 {
+        let sliding = rates[4 + tangential];
+        let kept = (sliding.abs() - contact.coefficient * push.max(0.0)).max(0.0);
+        let slowed = if sliding < 0.0 { -kept } else { kept };
+        rates[tangential] += slowed - sliding;
+        rates[normal] -= rates[4 + normal];
+        rates[4 + tangential] = slowed;
+        rates[4 + normal] = 0.0;
+    }
+    if rates[6 + normal] * contact.inward < 0.0 {
+        rates[2 + normal] -= rates[6 + normal];
+        rates[6 + normal] = 0.0;
+    }
+    let lost = |mass: f64, first: usize| {
+        let square = |r: &[f64; 8]| r[first] * r[first] + r[first + 1] * r[first + 1];
+        0.5 * mass * (square(&before) - square(rates))
+    };
+    lost(skeleton, 4) + lost(water, 6)
+}
+
+/// Turns the momenta of the filter's scatter into velocities; the masses are those of the first scatter.
+#[inline(always)]
+pub(super) fn filtered_velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) {
+    let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
+    let Nodes { sums, filtered, free, spans, .. } = nodes;
+    for Range { start, end } in spans.iter().cloned() {
+        for k in start..end {
+            let [skeleton, water, ..] = sums[k].0;
+            let inverse = if skeleton > smallest { 1.0 / skeleton } else { 0.0 };
+            let inverse_water = if TWO && skeleton > smallest { 1.0 / water } else { 0.0 };
+            for axis in 0..2 {
+                filtered[k].0[axis] *= inverse * free[k][axis];
+                filtered[k].0[2 + axis] *= inverse_water * free[k][2 + axis];
+            }
+        }
+    }
 }
 
 /// Turns the momenta of the second scatter into velocities, twice in a row; leaves `sums` zeroed.
 #[inline(always)]
 pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) {
     let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
-    for span in 0..nodes.spans.len() {
-        let Range { start, end } = nodes.spans[span].clone();
-        let rows = nodes.sums[start..end]
-            .iter_mut()
-            .zip(&mut nodes.velocities[start..end])
-            .zip(&mut nodes.cells[start..end])
-            .zip(&nodes.free[start..end])
-            .zip(&nodes.friction[start..end])
-            .zip(&nodes.rates[start..end]);
-        for (((((sums, velocities), cell), free), friction), rates) in rows {
-            cell.0 = [0.0; 8];
-            let [skeleton, water, ..] = sums.0;
-            sums.0 = [0.0; 8];
+    let Nodes { sums, rates, velocities, cells, filtered, free, contact, spans, .. } = nodes;
+    for Range { start, end } in spans.iter().cloned() {
+        for k in start..end {
+            cells[k] = V8::ZERO;
+            let [skeleton, water, ..] = sums[k].0;
+            sums[k] = V8::ZERO;
+            if let Some(row) = filtered.get_mut(k) {
+                *row = V8::ZERO;
+            }
             if skeleton <= smallest {
-                velocities.0 = [0.0; 8];
+                velocities[k] = V8::ZERO;
                 continue;
             }
             let inverse = 1.0 / skeleton;
             let inverse_water = if TWO { 1.0 / water } else { 0.0 };
-            let p = velocities.0;
+            let (p, free) = (velocities[k].0, &free[k]);
             let mut v = [
                 p[0] * inverse * free[0],
                 p[1] * inverse * free[1],
                 p[2] * inverse_water * free[2],
                 p[3] * inverse_water * free[3],
             ];
-            if friction.is_some() {
-                v[1] = v[1].max(0.0);
-                // A node that sticks does so for the strains as well.
-                if rates.0[4] == 0.0 && rates.0[5] == 0.0 {
-                    v[0] = 0.0;
-                }
+            if let Some(contact) = contact[k] {
+                hold_off(&mut v, &rates[k].0, contact);
             }
-            velocities.0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
+            velocities[k].0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
         }
+    }
+}
+
+/// Keeps the velocities of the second scatter out of a frictional wall; a node that sticks does so for the strains too.
+#[inline(always)]
+fn hold_off(v: &mut [f64; 4], rates: &[f64; 8], contact: Contact) {
+    let (normal, tangential) = (contact.axis, 1 - contact.axis);
+    for phase in [0, 2] {
+        if v[phase + normal] * contact.inward < 0.0 {
+            v[phase + normal] = 0.0;
+        }
+    }
+    if rates[4] == 0.0 && rates[5] == 0.0 {
+        v[tangential] = 0.0;
     }
 }

@@ -2,8 +2,19 @@
 
 use super::grid::Grid;
 use super::lanes::V8;
-use super::setup::{Conditions, Support};
+use super::setup::{Conditions, Obstacle, Support};
 use std::ops::Range;
+
+/// A frictional wall along a grid line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    /// Axis of its normal: 0 or 1.
+    pub(super) axis: usize,
+    /// 1 if the material lies on the side of larger coordinates, else -1.
+    pub(super) inward: f64,
+    /// Coulomb coefficient.
+    pub(super) coefficient: f64,
+}
 
 /// Nodes and cells. Outside `spans` every row of sums is zero.
 #[derive(Debug, Clone)]
@@ -24,14 +35,26 @@ pub(super) struct Nodes {
     pub(super) free: Vec<[f64; 4]>,
     /// Volume of a node all of whose cells between the walls are full, m2.
     pub(super) full_volume: Vec<f64>,
-    /// Coulomb coefficient of the base that a node lies on.
-    pub(super) friction: Vec<Option<f64>>,
+    /// Loads of single points: drag coefficient (kg/s), forces besides the weights on the mixture (2) and on the
+    /// water (2); empty if there are none.
+    pub(super) loads: Vec<V8>,
+    /// Filtered velocities of skeleton (2) and water (2), or their momenta; empty without that filter.
+    pub(super) filtered: Vec<V8>,
+    /// Frictional walls that nodes lie on or behind.
+    pub(super) contact: Vec<Option<Contact>>,
     /// Nodes that points may reach before the next sort, per grid row.
     pub(super) spans: Vec<Range<usize>>,
 }
 
 impl Nodes {
-    pub(super) fn new(grid: &Grid, conditions: &Conditions) -> Nodes {
+    /// The nodes of a grid with its walls and obstacles; `loads` and `filter` say what else they must hold.
+    pub(super) fn new(
+        grid: &Grid,
+        conditions: &Conditions,
+        obstacles: &[Obstacle],
+        loads: bool,
+        filter: bool,
+    ) -> Nodes {
         let count = grid.node_count();
         let mut nodes = Nodes {
             sums: vec![V8::ZERO; count],
@@ -41,7 +64,9 @@ impl Nodes {
             cells: vec![V8::ZERO; count],
             free: vec![[1.0; 4]; count],
             full_volume: vec![0.0; count],
-            friction: vec![None; count],
+            loads: if loads { vec![V8::ZERO; count] } else { Vec::new() },
+            filtered: if filter { vec![V8::ZERO; count] } else { Vec::new() },
+            contact: vec![None; count],
             spans: Vec::with_capacity(grid.nodes[1]),
         };
         let [nx, ny] = grid.nodes;
@@ -50,21 +75,49 @@ impl Nodes {
                 let k = j * nx + i;
                 nodes.full_volume[k] = grid.cell_m * grid.cell_m * grid.share_inside(i, j);
                 let sides = [
-                    (i <= 1, conditions.left, 0),
-                    (i + 2 >= nx, conditions.right, 0),
-                    (j <= 1, conditions.bottom, 1),
-                    (j + 2 >= ny, conditions.top, 1),
+                    (i <= 1, conditions.left, 0, 1.0),
+                    (i + 2 >= nx, conditions.right, 0, -1.0),
+                    (j <= 1, conditions.bottom, 1, 1.0),
+                    (j + 2 >= ny, conditions.top, 1, -1.0),
                 ];
-                for (_, support, normal) in sides.into_iter().filter(|side| side.0) {
-                    nodes.hold(k, support, normal);
+                for (_, support, normal, inward) in sides.into_iter().filter(|side| side.0) {
+                    nodes.hold(k, support, normal, inward);
                 }
             }
+        }
+        for obstacle in obstacles {
+            nodes.block(grid, obstacle);
         }
         nodes
     }
 
+    /// Holds the nodes of an obstacle. A node inside follows the nearest side, since points near a wall reach behind it;
+    /// where two sides are equally near, at corners, it is fixed.
+    fn block(&mut self, grid: &Grid, obstacle: &Obstacle) {
+        let place = |axis: usize, at: f64| {
+            let node = ((at - grid.origin_m[axis]) / grid.cell_m).round();
+            node.clamp(0.0, (grid.nodes[axis] - 1) as f64) as usize
+        };
+        let [left, right] = obstacle.x_m.map(|x| place(0, x));
+        let [bottom, top] = obstacle.y_m.map(|y| place(1, y));
+        for j in bottom..=top {
+            for i in left..=right {
+                // The bottom of an obstacle that stands on the base is no side.
+                let below = if bottom <= 1 { usize::MAX } else { j - bottom };
+                let sides = [(i - left, 0, -1.0), (right - i, 0, 1.0), (top - j, 1, 1.0), (below, 1, -1.0)];
+                let nearest = sides.iter().map(|side| side.0).min().unwrap_or(0);
+                let mut near = sides.into_iter().filter(|side| side.0 == nearest);
+                let k = j * grid.nodes[0] + i;
+                match (near.next(), near.next()) {
+                    (Some((_, normal, inward)), None) => self.hold(k, obstacle.support, normal, inward),
+                    _ => self.hold(k, Support::Fixed, 0, 1.0),
+                }
+            }
+        }
+    }
+
     /// Holds node `k` on a wall whose normal is axis `normal`, skeleton and water alike.
-    fn hold(&mut self, k: usize, support: Support, normal: usize) {
+    fn hold(&mut self, k: usize, support: Support, normal: usize, inward: f64) {
         match support {
             Support::Open => {}
             Support::Roller => {
@@ -72,14 +125,23 @@ impl Nodes {
                 self.free[k][normal + 2] = 0.0;
             }
             Support::Fixed => self.free[k] = [0.0; 4],
-            Support::Friction(coefficient) => self.friction[k] = Some(coefficient),
+            Support::Friction(coefficient) => {
+                self.contact[k] = Some(Contact { axis: normal, inward, coefficient });
+            }
         }
     }
 
     /// Zeroes all sums and takes over new spans.
     pub(super) fn clear(&mut self) {
-        for rows in [&mut self.sums, &mut self.forces, &mut self.rates, &mut self.velocities, &mut self.cells]
-        {
+        for rows in [
+            &mut self.sums,
+            &mut self.forces,
+            &mut self.rates,
+            &mut self.velocities,
+            &mut self.cells,
+            &mut self.loads,
+            &mut self.filtered,
+        ] {
             rows.fill(V8::ZERO);
         }
     }

@@ -6,6 +6,7 @@
 use super::block::Block;
 use super::grid::GridLanes;
 use super::lanes::{Lanes, V8};
+use super::loads::Loads;
 use super::nodes::Nodes;
 use super::shape::{self, Shape};
 
@@ -15,17 +16,26 @@ pub(super) fn scatter<S: Lanes, const TWO: bool>(
     grid: &GridLanes<S>,
     stride: usize,
     water_density: S,
+    loads: Option<&Loads>,
     block: &Block,
     nodes: &mut Nodes,
 ) {
     let mut shape = Shape::empty();
-    shape::values_and_gradients(grid, &block.x, &block.y, &mut shape);
+    shape::values_and_gradients(grid, block, &mut shape);
+    if let Some(loads) = loads {
+        loads.scatter::<S, TWO>(grid, stride, block, &shape, nodes);
+    }
     let load = |v: &V8| S::load(v);
     let zero = S::splat(0.0);
     let volume = load(&block.volume);
     let mass = load(&block.mass);
     let momentum = [mass * load(&block.vx), mass * load(&block.vy)];
-    let pressure = if TWO { load(&block.pressure) } else { zero };
+    let pressure = match loads {
+        _ if !TWO => zero,
+        None => load(&block.pressure),
+        // Free water carries part of the pressure on both sides of every surface: only the excess pushes.
+        Some(loads) => load(&block.pressure) - loads.free_water(grid, block).0,
+    };
     let force = [
         -(volume * (load(&block.sxx) - pressure)),
         -(volume * load(&block.sxy)),

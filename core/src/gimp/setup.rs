@@ -148,6 +148,8 @@ pub struct InitialPoints {
     /// Whether the skeleton holds the weight of the point's water (capillary water above a water table): the water
     /// then does not sink through the skeleton. Two phases only.
     pub water_held: Vec<bool>,
+    /// External force on the mixture, N per m of width; [`super::Body::set_load_share`] says how much of it acts.
+    pub force: Vec<[f64; 2]>,
 }
 
 impl InitialPoints {
@@ -166,6 +168,7 @@ impl InitialPoints {
             friction_angle: vec![0.0; n],
             material: vec![0; n],
             water_held: vec![false; n],
+            force: vec![[0.0; 2]; n],
         }
     }
 

@@ -1,13 +1,15 @@
-//! Shape functions of the uniform generalized interpolation material point method (uGIMP) on square cells.
+//! Shape functions of the generalized interpolation material point method on square cells.
 //!
 //! Bardenhagen & Kober (2004), "The generalized interpolation material point method", CMES 5:477; in one dimension
-//! the hat function averaged over the point's fixed length 2 l. With d the distance from the nearest node in cells,
+//! the hat function averaged over the point's length 2 l, which stays (uGIMP) or follows the point's stretch along the axis
+//! (cpGIMP). With d the distance from the nearest node in cells,
 //! e = d clamped to [-l, l], the weights of the three nodes around a point are
 //!
 //! left (l - e)^2 / 4l + max(e - d, 0), right (l + e)^2 / 4l + max(d - e, 0), centre 1 - left - right:
 //!
 //! one expression for all three branches of the definition. Valid for l from 0 to 1/2 cell.
 
+use super::block::Block;
 use super::grid::GridLanes;
 use super::lanes::{Lanes, V8};
 
@@ -48,10 +50,10 @@ fn along<S: Lanes>(coordinate: S, last_nearest: S, l: S) -> (S, [S; 3], [S; 3]) 
 
 /// Values of the shape functions of eight points.
 #[inline(always)]
-pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, x: &V8, y: &V8, shape: &mut Shape) {
-    let [cx, cy] = grid.coordinates(x, y);
-    let (i, sx, _) = along(cx, grid.last_nearest[0], grid.half_length);
-    let (j, sy, _) = along(cy, grid.last_nearest[1], grid.half_length);
+pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
+    let [cx, cy] = grid.coordinates(&block.x, &block.y);
+    let (i, sx, _) = along(cx, grid.last_nearest[0], S::load(&block.half_x));
+    let (j, sy, _) = along(cy, grid.last_nearest[1], S::load(&block.half_y));
     shape.base = j.mul_add(grid.stride, i).indices();
     for (row, &sy) in sy.iter().enumerate() {
         for (column, &sx) in sx.iter().enumerate() {
@@ -62,10 +64,10 @@ pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, x: &V8, y: &V8, shape: &mut 
 
 /// Values and gradients of the shape functions of eight points.
 #[inline(always)]
-pub(super) fn values_and_gradients<S: Lanes>(grid: &GridLanes<S>, x: &V8, y: &V8, shape: &mut Shape) {
-    let [cx, cy] = grid.coordinates(x, y);
-    let (i, sx, dx) = along(cx, grid.last_nearest[0], grid.half_length);
-    let (j, sy, dy) = along(cy, grid.last_nearest[1], grid.half_length);
+pub(super) fn values_and_gradients<S: Lanes>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
+    let [cx, cy] = grid.coordinates(&block.x, &block.y);
+    let (i, sx, dx) = along(cx, grid.last_nearest[0], S::load(&block.half_x));
+    let (j, sy, dy) = along(cy, grid.last_nearest[1], S::load(&block.half_y));
     shape.base = j.mul_add(grid.stride, i).indices();
     for (row, (&sy, &dy)) in sy.iter().zip(&dy).enumerate() {
         let dy = dy * grid.inverse_cell;
@@ -84,24 +86,30 @@ mod tests {
     use crate::gimp::Grid;
     use crate::gimp::lanes::Baseline;
 
+    fn block(half_x: f64, half_y: f64) -> Block {
+        Block { half_x: V8([half_x; 8]), half_y: V8([half_y; 8]), ..Block::EMPTY }
+    }
+
     /// Weights add up to 1, gradients to 0, and both reproduce a linear function: to 1e-13 of the cell coordinates'
     /// size, which is what round-off in the position (about 20 cells from the origin) leaves.
     #[test]
     fn partition_of_unity_and_linear_reproduction() {
         let grid = Grid::enclosing(0.0, 0.0, [20, 20], 0.5);
         for points_per_side in [2.0, 3.0, 4.0] {
-            let lanes = GridLanes::<Baseline>::new(&grid, 0.5 / points_per_side);
+            let lanes = GridLanes::<Baseline>::new(&grid);
             for step in 0..200 {
                 let place = |k: usize| 0.1 + (0.618 * (8 * step + k) as f64).fract() * 9.8;
-                let (mut x, mut y) = (V8::ZERO, V8::ZERO);
+                let mut block = block(0.5 / points_per_side, 0.5 / points_per_side);
                 for q in 0..8 {
-                    x.0[q] = place(q);
-                    y.0[q] = place(q + 3);
+                    block.x.0[q] = place(q);
+                    block.y.0[q] = place(q + 3);
+                    // Stretched points, up to a cell long.
+                    block.half_x.0[q] = (block.half_x.0[q] * (0.4 + 0.3 * q as f64)).min(0.5);
                 }
                 let mut shape = Shape::empty();
-                values_and_gradients(&lanes, &x, &y, &mut shape);
+                values_and_gradients(&lanes, &block, &mut shape);
                 for q in 0..8 {
-                    check(&grid, &shape, q, x.0[q], y.0[q]);
+                    check(&grid, &shape, q, block.x.0[q], block.y.0[q]);
                 }
             }
         }
@@ -141,7 +149,7 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_definition() {
         let grid = Grid::enclosing(0.0, 0.0, [4, 4], 1.0);
-        let lanes = GridLanes::<Baseline>::new(&grid, 0.25);
+        let lanes = GridLanes::<Baseline>::new(&grid);
         let l = 0.25;
         let definition = |r: f64| {
             let r: f64 = r.abs();
@@ -156,13 +164,14 @@ mod tests {
             }
         };
         for step in 0..100 {
-            let x = V8([1.0 + 0.017 * f64::from(step); 8]);
-            let y = V8([2.0; 8]);
+            let mut block = block(l, l);
+            block.x = V8([1.0 + 0.017 * f64::from(step); 8]);
+            block.y = V8([2.0; 8]);
             let mut shape = Shape::empty();
-            values(&lanes, &x, &y, &mut shape);
+            values(&lanes, &block, &mut shape);
             for column in 0..3 {
                 let node = (shape.base[0] + column) % grid.nodes[0];
-                let r = x.0[0] - (grid.origin_m[0] + node as f64);
+                let r = block.x.0[0] - (grid.origin_m[0] + node as f64);
                 let found: f64 = (0..3).map(|row| shape.value[3 * row + column].0[0]).sum();
                 assert!((found - definition(r)).abs() < 1e-14, "r = {r}");
             }

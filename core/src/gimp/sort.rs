@@ -28,21 +28,38 @@ pub(super) fn sort(arena: &mut Arena, order: &mut [u32]) {
     pad(&mut blocks, count);
     arena.blocks = blocks;
     find_spans(arena, &cells);
-    arena.nodes.clear();
-    arena.scattered = false;
+    arena.rescatter();
 }
 
-/// Fills the last block with points of no mass and no volume in the place of the last real point.
+/// Fills the last block with elastic, unstressed points of no mass and no volume in the place of the last real point.
 fn pad(blocks: &mut [Block], count: usize) {
     if count.is_multiple_of(8) {
         return;
     }
     if let Some(last) = blocks.last_mut() {
+        let model = last.clone();
         for lane in count % 8..8 {
-            last.x.0[lane] = last.x.0[count % 8 - 1];
-            last.y.0[lane] = last.y.0[count % 8 - 1];
-            last.bulk.0[lane] = last.bulk.0[count % 8 - 1];
-            last.shear.0[lane] = last.shear.0[count % 8 - 1];
+            last.copy_point(lane, &model, count % 8 - 1);
+            for quantity in [
+                &mut last.vx,
+                &mut last.vy,
+                &mut last.wx,
+                &mut last.wy,
+                &mut last.mass,
+                &mut last.volume,
+                &mut last.grains,
+                &mut last.force_x,
+                &mut last.force_y,
+                &mut last.pressure,
+                &mut last.sxx,
+                &mut last.syy,
+                &mut last.szz,
+                &mut last.sxy,
+            ] {
+                quantity.0[lane] = 0.0;
+            }
+            last.cohesion.0[lane] = f64::INFINITY;
+            last.tension_cutoff.0[lane] = f64::INFINITY;
             last.two_c_cos_phi.0[lane] = f64::INFINITY;
             last.apex.0[lane] = f64::INFINITY;
             last.tension.0[lane] = f64::INFINITY;

@@ -9,18 +9,38 @@ use super::nodes::Nodes;
 use super::shape::{self, Shape};
 use std::ops::Range;
 
+/// How means over cells are taken.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Averaging {
+    /// Density of the water times the gravity vector times the share of the water's weight that acts on it, Pa/m.
+    pub(super) water_weight: [f64; 2],
+    /// Whether that share differs from point to point.
+    pub(super) held_differs: bool,
+}
+
+impl Averaging {
+    /// Pore pressure of eight points over that in the middle of their cells if the water is at rest, Pa. What differs
+    /// between the points of a cell beyond that is what relaxation takes away: water at rest stays at rest.
+    #[inline(always)]
+    pub(super) fn hydrostatic<S: Lanes>(&self, grid: &GridLanes<S>, block: &Block) -> S {
+        let [x, y] = grid.from_middles(grid.coordinates(&block.x, &block.y));
+        let rise = S::splat(self.water_weight[0]).mul_add(x, S::splat(self.water_weight[1]) * y);
+        if self.held_differs { rise * (S::splat(1.0) - S::load(&block.held)) } else { rise }
+    }
+}
+
 /// Displacement gradients of eight points in this step; adds their volumetric parts to the cells if `average`.
 #[inline(always)]
 pub(super) fn gradients<S: Lanes, const TWO: bool>(
     grid: &GridLanes<S>,
     stride: usize,
     dt: S,
-    average: bool,
+    average: Option<&Averaging>,
     block: &mut Block,
     nodes: &mut Nodes,
 ) {
     let mut shape = Shape::empty();
-    shape::values_and_gradients(grid, &block.x, &block.y, &mut shape);
+    shape::values_and_gradients(grid, block, &mut shape);
     let rows = collect_gradients(&shape, stride, &nodes.velocities);
     let [vx_x, vy_x, wx_x, _, vx_y, vy_y, _, wy_y] = S::transpose(rows);
     let (xx, yy) = (vx_x * dt, vy_y * dt);
@@ -34,9 +54,10 @@ pub(super) fn gradients<S: Lanes, const TWO: bool>(
         water = (wx_x + wy_y) * dt;
         water.store(&mut block.water_divergence);
     }
-    if average {
+    if let Some(averaging) = average {
         let volume = S::load(&block.volume);
-        let pressure = if TWO { volume * S::load(&block.pressure) } else { zero };
+        let pressure =
+            if TWO { volume * (S::load(&block.pressure) - averaging.hydrostatic(grid, block)) } else { zero };
         let parts = [volume, volume * (xx + yy), volume * water, pressure, zero, zero, zero, zero];
         let rows = S::transpose(parts);
         let cells = grid.cells(grid.coordinates(&block.x, &block.y));
@@ -63,7 +84,7 @@ pub(super) fn average_cells(nodes: &mut Nodes) {
     }
 }
 
-/// Means of the cells of eight points: volumetric strain increment of skeleton and water, pore pressure.
+/// Means of the cells of eight points: volumetric strain increment of skeleton and water, pore pressure in the middle.
 #[inline(always)]
 pub(super) fn cell_means<S: Lanes>(grid: &GridLanes<S>, block: &Block, cells: &[V8]) -> [S; 3] {
     let places = grid.cells(grid.coordinates(&block.x, &block.y));

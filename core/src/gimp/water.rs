@@ -25,18 +25,16 @@ pub(super) fn porosity<S: Lanes>(volume: S, grains: S) -> S {
     S::splat(1.0) - grains / volume.max(S::splat(SMALLEST_VOLUME_M2))
 }
 
-/// New pore pressure from the step's volumetric increments of skeleton and water and the cell's mean pressure.
+/// Divergence of the pore fluid's flow in a step: (1 - n) div v + n div w, times the step.
 #[inline(always)]
-pub(super) fn pressure<S: Lanes>(
-    water: &PoreWater,
-    porosity: S,
-    pressure: S,
-    cell_pressure: S,
-    skeleton_divergence: S,
-    water_divergence: S,
-) -> S {
-    let inflow = porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence);
-    let relaxed = S::splat(water.relaxation).mul_add(cell_pressure - pressure, pressure);
+pub(super) fn inflow<S: Lanes>(porosity: S, skeleton_divergence: S, water_divergence: S) -> S {
+    porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence)
+}
+
+/// New pore pressure from the step's inflow and what relaxation tends to.
+#[inline(always)]
+pub(super) fn pressure<S: Lanes>(water: &PoreWater, porosity: S, pressure: S, target: S, inflow: S) -> S {
+    let relaxed = S::splat(water.relaxation).mul_add(target - pressure, pressure);
     let stiffness = S::splat(water.bulk) / porosity;
     (-stiffness).mul_add(inflow, relaxed).max(S::splat(-water.cavitation))
 }

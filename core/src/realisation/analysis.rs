@@ -243,6 +243,7 @@ impl Prepared {
             friction_angle: properties.friction_angle_rad.clone(),
             material: vec![0; count],
             water_held: vec![false; count],
+            force: vec![[0.0; 2]; count],
         }
     }
 

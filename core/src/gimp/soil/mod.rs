@@ -5,6 +5,10 @@
 //! the edges, or to the apex (de Souza Neto, Peric & Owen 2008, "Computational methods for plasticity", box 8.4,
 //! for perfect plasticity), then the associated Rankine return. All branches are computed and selected lane by lane.
 
+mod softening;
+
+pub(super) use softening::{decay, softened};
+
 use super::lanes::Lanes;
 
 /// Elastic constants and dilation of eight points.
@@ -98,6 +102,15 @@ pub(super) fn update<S: Lanes>(
     };
     let strain = deviatoric_strain(elastic, [s[0] - t[0], s[1] - t[1], s[2] - t[2]]);
     (returned, pick(strain, zero))
+}
+
+/// Work per volume of the mean of two stresses on a step's strain, its volumetric part the one the stresses see, J/m3.
+#[inline(always)]
+pub(super) fn work<S: Lanes>(old: &Stress<S>, new: &Stress<S>, increment: &Increment<S>) -> S {
+    let more = (increment.volumetric - increment.xx - increment.yy) * S::splat(1.0 / 3.0);
+    let sum = (old.xx + new.xx).mul_add(increment.xx + more, (old.yy + new.yy) * (increment.yy + more));
+    let sum = (old.zz + new.zz).mul_add(more, sum);
+    (old.xy + new.xy).mul_add(increment.xy + increment.yx, sum) * S::splat(0.5)
 }
 
 /// Turns the stress by the step's spin: the Cayley form is an exact rotation, so invariants stay.

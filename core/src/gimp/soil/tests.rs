@@ -103,7 +103,7 @@ fn biaxial(
             let (new, _) = one(elastic, soil, stress, [lateral, -step, 0.0]);
             let s = Baseline::splat;
             let divergence = s(lateral - step);
-            let p = first(water::pressure(&pore, s(0.3), s(pressure), s(pressure), divergence, divergence));
+            let p = first(water::pressure(&pore, s(0.3), s(pressure), s(pressure), divergence));
             (new, p)
         };
         // The total lateral stress is monotone and piecewise linear in the lateral strain: bisection.

@@ -5,6 +5,7 @@
 //! time and draws the figures. The quick form of every case is also a test.
 
 mod report;
+mod slopes;
 
 mod closed_forms;
 mod measure;
@@ -30,5 +31,9 @@ pub fn cases() -> Vec<Case> {
         consolidation::STEP_LOAD,
         consolidation::SELF_WEIGHT,
         consolidation::BOTH_ENDS,
+        slopes::ONSET,
+        slopes::CONVERGENCE,
+        slopes::WATER_MODULUS,
+        slopes::DAMPING,
     ]
 }

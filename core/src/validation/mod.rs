@@ -5,10 +5,35 @@
 //! time and draws the figures. The quick form of every case is also a test.
 
 mod report;
+mod slopes;
+
+mod closed_forms;
+mod measure;
+mod set_up;
+
+mod axial_bar;
+mod consolidation;
+mod gravity_column;
+mod hydrostatic;
+mod incline;
+mod large_compaction;
 
 pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series};
 
 /// Every case, in the order of the report.
 pub fn cases() -> Vec<Case> {
-    Vec::new()
+    vec![
+        gravity_column::CASE,
+        large_compaction::CASE,
+        axial_bar::CASE,
+        incline::CASE,
+        hydrostatic::CASE,
+        consolidation::STEP_LOAD,
+        consolidation::SELF_WEIGHT,
+        consolidation::BOTH_ENDS,
+        slopes::ONSET,
+        slopes::CONVERGENCE,
+        slopes::WATER_MODULUS,
+        slopes::DAMPING,
+    ]
 }

@@ -9,6 +9,7 @@ use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
+use runout_core::slope::layers;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -114,26 +115,28 @@ impl Gallery {
         put("fields.png", &picture::png(&fields)?)?;
         let title = format!("{what}: {}", result_in_words(model, outcome));
         let moment = moment_in_words(outcome, last.time_s);
+        let setting = setting(model, &last.x);
+        let legend = setting.legend();
         let after = |label: &str, values: &[f64], gradient, subtitle: String| SoilPicture {
             title: title.clone(),
             subtitle,
-            setting: setting(model, &last.x),
+            setting: setting.clone(),
             moved: true,
             point_size_m: model.mesh.point_spacing_m(),
             panels: vec![Panel {
                 label: label.to_owned(),
-                x: &last.x,
-                y: &last.y,
+                x: (&last.x).into(),
+                y: (&last.y).into(),
                 values: values.to_vec(),
                 range: range(values, true),
                 gradient,
                 reversed: false,
             }],
         };
-        let subtitle = format!("displacement of every material point {moment}; dashed: ground before");
+        let subtitle = format!("displacement of every material point {moment}; {legend}");
         let slide = after("displacement (m)", &last.displacement_m, colorous::VIRIDIS, subtitle);
         put("displacement.png", &picture::png(&slide)?)?;
-        let subtitle = format!("equivalent plastic strain {moment}; dashed: ground before");
+        let subtitle = format!("equivalent plastic strain {moment}; {legend}");
         let mut strain = after("plastic strain", &last.plastic_strain, colorous::INFERNO, subtitle);
         strain.panels[0].range = (0.0, strain_top(&last.plastic_strain));
         // What has not sheared is light, shear bands are dark.
@@ -143,23 +146,29 @@ impl Gallery {
     }
 }
 
-/// The picture of a realisation's fields: one panel a random property.
-pub fn fields<'a>(
+/// The picture of a realisation's fields: one panel a random property, with the points where it is random.
+pub fn fields(
     model: &Model,
     random: &[Property],
     what: &str,
-    x: &'a [f64],
-    y: &'a [f64],
+    x: &[f64],
+    y: &[f64],
     properties: &PointProperties,
-) -> SoilPicture<'a> {
+) -> SoilPicture<'static> {
+    let materials = model.materials();
     let panels = random
         .iter()
         .map(|&property| {
-            let values = edge_units(property, properties);
+            let is_random = |i: &usize| {
+                materials[layers::layer_at(&model.layers, x[*i], y[*i])].constant(property).is_none()
+            };
+            let shown: Vec<usize> = (0..x.len()).filter(is_random).collect();
+            let of_shown = |all: &[f64]| -> Vec<f64> { shown.iter().map(|&i| all[i]).collect() };
+            let values = of_shown(&edge_units(property, properties));
             Panel {
                 label: label(property).to_owned(),
-                x,
-                y,
+                x: of_shown(x).into(),
+                y: of_shown(y).into(),
                 range: range(&values, false),
                 values,
                 gradient: colorous::VIRIDIS,

@@ -4,7 +4,6 @@ use super::axes::{Axis, Frame};
 use super::setting::{Setting, WATER};
 use super::{Anchor, Canvas, Draw, GREY, INK, PictureError, TEXT_PX};
 use plotters::backend::DrawingBackend;
-use plotters::style::RGBColor;
 use runout_core::campaign::Model;
 use runout_core::slope;
 
@@ -17,7 +16,6 @@ const AXIS_PX: i32 = 125;
 const TALLEST_PX: f64 = 900.0;
 /// Room around the section, m per m of its height.
 const MARGIN_SHARE: f64 = 0.07;
-const SOIL: RGBColor = RGBColor(0xb0, 0x8d, 0x57);
 
 /// A picture of the section.
 #[derive(Debug, Clone)]
@@ -91,11 +89,9 @@ impl Draw for Section {
         let line = |points: &[(f64, f64)]| -> Vec<(i32, i32)> {
             points.iter().map(|&(x, y)| frame.point(x, y)).collect()
         };
-        let mut soil = self.setting.ground.clone();
-        let ends = soil.first().zip(soil.last()).map(|(a, b)| (a.0, b.0));
-        let (first, last) = ends.unwrap_or_default();
-        soil.extend([(last, self.setting.base_m), (first, self.setting.base_m)]);
-        canvas.polygon(line(&soil), SOIL, 0.35)?;
+        self.setting.draw_ground(canvas, &frame)?;
+        let ends = self.setting.ground.first().zip(self.setting.ground.last());
+        let (first, last) = ends.map(|(a, b)| (a.0, b.0)).unwrap_or_default();
         canvas.path(line(&self.setting.ground), INK, 4)?;
         canvas.path(line(&[(first, self.setting.base_m), (last, self.setting.base_m)]), INK, 4)?;
         for piece in &self.setting.boundaries {

@@ -13,6 +13,7 @@ pub(super) const WATER: RGBColor = RGBColor(0x2f, 0x7f, 0xd1);
 pub(super) const RIGID: RGBColor = RGBColor(0x57, 0x53, 0x4e);
 const BELOW_BASE: RGBColor = RGBColor(0xe6, 0xe3, 0xdd);
 const GROUND_BEFORE: RGBColor = RGBColor(0x8a, 0x8f, 0x98);
+const SOIL: RGBColor = RGBColor(0xb0, 0x8d, 0x57);
 /// Layers' boundaries, on soil of any colour.
 const BOUNDARY: RGBColor = RGBColor(0xf4, 0xf4, 0xf4);
 
@@ -75,6 +76,30 @@ impl Setting {
         }
     }
 
+    /// What its dashed and dotted lines mean.
+    pub fn legend(&self) -> String {
+        let mut legend = "dashed: ground before".to_owned();
+        if !self.boundaries.is_empty() {
+            legend.push_str("; dotted: layers before");
+        }
+        if !self.water_table.is_empty() {
+            legend.push_str("; blue: water table before");
+        }
+        legend
+    }
+
+    /// The ground before failure down to the rigid base.
+    pub(super) fn draw_ground<B: DrawingBackend>(
+        &self,
+        canvas: &Canvas<'_, B>,
+        frame: &Frame,
+    ) -> Result<(), PictureError> {
+        let ends = self.ground.first().zip(self.ground.last());
+        let base = ends.into_iter().flat_map(|(first, last)| [(last.0, self.base_m), (first.0, self.base_m)]);
+        let outline = self.ground.iter().copied().chain(base).map(|(x, y)| frame.point(x, y));
+        canvas.polygon(outline.collect(), SOIL, 0.35)
+    }
+
     /// Everything that must fit into a picture.
     pub(super) fn corners(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let water = self.free_water_m.into_iter().flat_map(|y| self.ground.last().map(|end| (end.0, y)));
@@ -130,16 +155,42 @@ impl Setting {
     }
 }
 
-/// The pieces of a curve where it is there.
+/// The pieces of a curve where it is there, each with as few points as its straight parts need.
 fn pieces(places: impl Iterator<Item = f64>, y: impl Fn(f64) -> Option<f64>) -> Vec<Vec<(f64, f64)>> {
-    let mut pieces = vec![Vec::new()];
+    let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     for x in places {
         match (y(x), pieces.last_mut()) {
-            (Some(y), Some(piece)) => piece.push((x, y)),
+            (Some(y), Some(piece)) => {
+                if let [.., a, b] = piece[..]
+                    && is_straight(a, b, (x, y))
+                {
+                    piece.pop();
+                }
+                piece.push((x, y));
+            }
             (None, Some(piece)) if !piece.is_empty() => pieces.push(Vec::new()),
             _ => {}
         }
     }
     pieces.retain(|piece| piece.len() > 1);
     pieces
+}
+
+/// Whether `b` lies on the line from `a` to `c`, but for round-off.
+fn is_straight(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> bool {
+    ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs() < 1e-9 * (c.0 - a.0).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_cut_where_it_is_not_there_and_straight_parts_are_two_points() {
+        let places = || (0..=100).map(f64::from);
+        let roof = |x: f64| (x != 20.0).then_some(if x < 60.0 { x } else { 120.0 - x });
+        let found = pieces(places(), roof);
+        assert_eq!(found, [vec![(0.0, 0.0), (19.0, 19.0)], vec![(21.0, 21.0), (60.0, 60.0), (100.0, 20.0)]]);
+        assert!(pieces(places(), |_| None).is_empty());
+    }
 }

@@ -6,6 +6,7 @@ use super::{Anchor, Canvas, Draw, GREY, INK, PictureError, TEXT_PX};
 use colorous::Gradient;
 use plotters::backend::DrawingBackend;
 use plotters::style::RGBColor;
+use std::borrow::Cow;
 
 const WIDTH_PX: i32 = 2000;
 const LEFT_PX: i32 = 190;
@@ -46,9 +47,9 @@ pub struct Panel<'a> {
     /// Its name and unit.
     pub label: String,
     /// Points' horizontal positions, m.
-    pub x: &'a [f64],
+    pub x: Cow<'a, [f64]>,
     /// Points' elevations, m.
-    pub y: &'a [f64],
+    pub y: Cow<'a, [f64]>,
     /// The quantity at the points.
     pub values: Vec<f64>,
     /// Values at the ends of the colour bar.
@@ -120,6 +121,10 @@ impl SoilPicture<'_> {
             y: Axis::linear("elevation (m)", y0, y1),
         };
         self.setting.draw_free_water(canvas, &frame)?;
+        if !self.moved {
+            // Where a panel has no points: layers without random fields.
+            self.setting.draw_ground(canvas, &frame)?;
+        }
         let sizes: &[f64] = if self.moved { &[UNDERLAY, OVERLAP] } else { &[OVERLAP] };
         for size in sizes {
             self.draw_points(canvas, panel, &frame, size * self.point_size_m / 2.0)?;
@@ -138,7 +143,7 @@ impl SoilPicture<'_> {
         frame: &Frame,
         half: f64,
     ) -> Result<(), PictureError> {
-        for ((&x, &y), &value) in panel.x.iter().zip(panel.y).zip(&panel.values) {
+        for ((&x, &y), &value) in panel.x.iter().zip(panel.y.iter()).zip(&panel.values) {
             if !(x.is_finite() && y.is_finite()) {
                 continue;
             }

@@ -1,6 +1,7 @@
-//! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its fields, its final
-//! displacements and its plastic strains.
+//! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its section, its fields, its
+//! final displacements and its plastic strains.
 
+use crate::picture::section::Section;
 use crate::picture::setting::Setting;
 use crate::picture::soil::{Panel, SoilPicture, range};
 use crate::picture::{self, PictureError};
@@ -111,6 +112,7 @@ impl Gallery {
             write(&path, bytes).map(|()| written.push(path))
         };
         put("series.pvd", pvd(&self.moments).as_bytes())?;
+        put("section.png", &picture::png(&Section::of(model))?)?;
         let fields = fields(model, random, what, &last.x0, &last.y0, &last.properties);
         put("fields.png", &picture::png(&fields)?)?;
         let title = format!("{what}: {}", result_in_words(model, outcome));

@@ -57,13 +57,14 @@ impl Section {
     }
 }
 
-/// Each layer's name where the layer is thickest.
+/// Each layer's name where the layer is thickest, away from the walls, which would cut the name.
 fn names(model: &Model, left: f64) -> Vec<(String, (f64, f64))> {
     const PLACES: usize = 200;
+    const AWAY: usize = PLACES / 7;
     let right = model.slope.runout_plain_m;
     let base = -model.slope.foundation_depth_m;
     let mut thickest = vec![(0.0, (0.0, 0.0)); model.layers.len()];
-    for i in 1..PLACES {
+    for i in AWAY..PLACES - AWAY {
         let x = left + (right - left) * i as f64 / PLACES as f64;
         let mut top = slope::ground_surface_y(&model.slope, x);
         for (layer, best) in model.layers.iter().zip(&mut thickest) {
@@ -85,7 +86,7 @@ impl Draw for Section {
 
     fn draw<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>) -> Result<(), PictureError> {
         let frame = self.frame();
-        self.setting.draw_free_water(canvas, &frame)?;
+        self.setting.draw_flood(canvas, &frame)?;
         let line = |points: &[(f64, f64)]| -> Vec<(i32, i32)> {
             points.iter().map(|&(x, y)| frame.point(x, y)).collect()
         };

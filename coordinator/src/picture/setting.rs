@@ -31,6 +31,8 @@ pub struct Setting {
     pub water_table: Vec<Vec<(f64, f64)>>,
     /// Level of the free water.
     pub free_water_m: Option<f64>,
+    /// Ground surface where it is below that.
+    pub flooded: Vec<Vec<(f64, f64)>>,
     /// Corners of the obstacles, lower left and upper right, on the grid lines that they are moved to.
     pub obstacles: Vec<[(f64, f64); 2]>,
     /// Elevation of the rigid base.
@@ -67,6 +69,10 @@ impl Setting {
             boundaries: boundaries.collect(),
             water_table: pieces(places(), table),
             free_water_m: model.water.free_water_level_m,
+            flooded: pieces(places(), |x| {
+                let level = model.water.free_water_level_m?;
+                Some(ground(x)).filter(|y| *y <= level)
+            }),
             obstacles: model
                 .obstacles
                 .iter()
@@ -106,7 +112,24 @@ impl Setting {
         self.ground.iter().copied().chain(self.obstacles.iter().flatten().copied()).chain(water)
     }
 
-    /// The free water, to be drawn before the soil that covers it.
+    /// The free water on the ground before failure.
+    pub(super) fn draw_flood<B: DrawingBackend>(
+        &self,
+        canvas: &Canvas<'_, B>,
+        frame: &Frame,
+    ) -> Result<(), PictureError> {
+        let Some(level) = self.free_water_m else { return Ok(()) };
+        for ground in &self.flooded {
+            let (Some(first), Some(last)) = (ground.first(), ground.last()) else { continue };
+            let surface = [frame.point(first.0, level), frame.point(last.0, level)];
+            let bottom = ground.iter().rev().map(|&(x, y)| frame.point(x, y));
+            canvas.polygon(surface.into_iter().chain(bottom).collect(), WATER, 0.18)?;
+            canvas.path(surface.to_vec(), WATER, 3)?;
+        }
+        Ok(())
+    }
+
+    /// The free water up to its level everywhere, to be drawn before the soil that covers it.
     pub(super) fn draw_free_water<B: DrawingBackend>(
         &self,
         canvas: &Canvas<'_, B>,

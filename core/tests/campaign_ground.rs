@@ -127,8 +127,8 @@ fn layers_say_where_they_end_and_what_they_are_made_of() {
         ),
         (
             (bottom, "bottom = [[3.0, 117.0], [1.0, 113.5]]"),
-            "layers.colluvium.bottom = (point 2: [1, 113.5]) is not allowed; x must grow from left to right, or stay the \
-             same once (a vertical step)",
+            "layers.colluvium.bottom = [1, 113.5] is not allowed; point 2: x must grow from left to right, or stay the same \
+             once (a vertical step)",
         ),
         (
             (bottom, "bottom = []"),

@@ -13,9 +13,16 @@ use crate::points::Points;
 use crate::slope;
 use crate::spec::Spec;
 
-/// The probe's slope (2 m, 45 degrees, 1 m cells) and what is `change`d.
+/// The probe's slope (2 m, 45 degrees, 1 m cells) on a fixed base, of one perfectly plastic soil and with nothing in front
+/// of it, and what is `change`d.
 fn spec(change: impl Fn(&mut Model)) -> Spec {
     let mut spec = probe::spec();
+    let model = &mut spec.model;
+    model.slope.base = Contact::Fixed;
+    model.obstacles.clear();
+    model.layers.clear();
+    model.soil.softening = None;
+    model.water.free_water_level_m = None;
     change(&mut spec.model);
     spec
 }

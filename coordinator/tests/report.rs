@@ -112,6 +112,7 @@ fn a_full_report_is_self_contained_and_the_same_every_time() {
     let report = of(&loaded, &outcomes, &notes);
     let names: Vec<&str> = report.figures.iter().map(|f| f.name).collect();
     let expected = [
+        "section",
         "histogram-likelihood",
         "histogram-moments",
         "exceedance",

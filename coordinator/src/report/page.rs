@@ -31,7 +31,7 @@ pub(super) fn page(material: &Material<'_>, analysis: &Analysis, figures: &[Figu
     section(&mut html, "Convergence", &convergence(material, analysis, figures));
     section(&mut html, "What became of the realisations", &realisations(material, analysis));
     section(&mut html, "Soil", &inputs::soil(material));
-    section(&mut html, "Every input that moves the answer", &inputs::inputs(material));
+    section(&mut html, "Every input that moves the answer", &inputs::inputs(material, figures));
     section(&mut html, "Where these numbers come from", &inputs::provenance(material));
     html + "</body></html>\n"
 }

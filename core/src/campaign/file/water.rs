@@ -16,7 +16,8 @@ pub struct WaterSection {
     ///
     /// Rapid drawdown is `"hydrostatic"` with the table at or above the level before (it is cut off at the ground
     /// surface) and a lower `free_water_level_m`, or none: the pores still carry what the water outside no longer
-    /// balances.
+    /// balances. Total stresses are those under the lower level; that unloading also lowers the pore pressure of a
+    /// compressible skeleton is left out, which is on the safe side.
     pub initial_pore_pressure: String,
     /// For `"hydrostatic"`: `"ground-surface"`, an elevation, m, or a line `[[x, y], ...]`, level beyond its ends; at the
     /// ground surface where that is lower.

@@ -23,16 +23,18 @@ pub(super) const CASE: Case = Case {
     run,
 };
 
-const LENGTH_M: f64 = 25.0;
-const E_PA: f64 = 100.0;
-const DENSITY_KG_M3: f64 = 1.0;
+pub(super) const LENGTH_M: f64 = 25.0;
+pub(super) const E_PA: f64 = 100.0;
+pub(super) const DENSITY_KG_M3: f64 = 1.0;
 const SPEED_M_S: f64 = 0.1;
+/// Room for the free end, which moves by 1.6 m at 1 m/s.
+const ROOM_M: f64 = 3.0;
 /// Speed at which no point leaves its cell and strains are 1e-5, for orders of convergence.
 const SMALL_SPEED_M_S: f64 = 1e-4;
 const PERIODS: f64 = 10.0;
 
 /// Wave number of a mode, 1/m.
-fn wave_number(mode: u32) -> f64 {
+pub(super) fn wave_number(mode: u32) -> f64 {
     f64::from(2 * mode - 1) * PI / (2.0 * LENGTH_M)
 }
 
@@ -57,7 +59,7 @@ struct Vibration {
 /// The bar with `cells` cells along it, moving in `mode` with `speed`.
 pub(super) fn bar(cells: usize, mode: u32, speed: f64) -> Body {
     let h = LENGTH_M / cells as f64;
-    let grid = Grid::enclosing(0.0, 0.0, [cells + 3, 1], h);
+    let grid = Grid::enclosing(0.0, 0.0, [cells + (ROOM_M / h).ceil() as usize, 1], h);
     let mut points = InitialPoints::at_rest(&filled([0.0, 0.0], [cells, 1], h), 0.25 * h * h, DENSITY_KG_M3);
     for i in 0..points.len() {
         points.velocity[i] = [speed * libm::sin(wave_number(mode) * points.x[i]), 0.0];

@@ -9,13 +9,19 @@ mod report;
 mod closed_forms;
 mod measure;
 mod set_up;
+mod two_phase_column;
 
 mod axial_bar;
 mod consolidation;
 mod gravity_column;
+mod grid_crossing;
 mod hydrostatic;
 mod incline;
 mod large_compaction;
+mod manufactured;
+mod specimen;
+mod two_disks;
+mod undrained_wave;
 
 pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series};
 
@@ -25,10 +31,16 @@ pub fn cases() -> Vec<Case> {
         gravity_column::CASE,
         large_compaction::CASE,
         axial_bar::CASE,
+        grid_crossing::CASE,
+        manufactured::CASE,
+        two_disks::CASE,
         incline::CASE,
+        specimen::DRAINED,
         hydrostatic::CASE,
         consolidation::STEP_LOAD,
         consolidation::SELF_WEIGHT,
         consolidation::BOTH_ENDS,
+        undrained_wave::CASE,
+        specimen::UNDRAINED,
     ]
 }

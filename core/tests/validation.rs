@@ -65,6 +65,10 @@ cases! {
     both_ends_drained "both-ends-drained"
     undrained_wave "undrained-wave"
     undrained_compression "undrained-compression"
+    slope_onset "slope-onset"
+    slope_convergence "slope-convergence"
+    water_modulus "water-modulus"
+    damping "damping"
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! time and draws the figures. The quick form of every case is also a test.
 
 mod report;
+mod slopes;
 
 mod closed_forms;
 mod measure;
@@ -42,5 +43,9 @@ pub fn cases() -> Vec<Case> {
         consolidation::BOTH_ENDS,
         undrained_wave::CASE,
         specimen::UNDRAINED,
+        slopes::ONSET,
+        slopes::CONVERGENCE,
+        slopes::WATER_MODULUS,
+        slopes::DAMPING,
     ]
 }

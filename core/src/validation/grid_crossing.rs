@@ -1,7 +1,7 @@
 //! B11: points that cross cells.
 
 use super::axial_bar::{self, E_PA, LENGTH_M};
-use super::measure::rms;
+use super::measure::{order, rms};
 use super::set_up::{advance, body, elastic_body, filled};
 use super::{Case, Check, Depth, Figure, Findings, Series};
 use crate::campaign::PointDomain;
@@ -17,7 +17,7 @@ pub(super) const CASE: Case = Case {
             elements that move with the bar, with the solver's law sigma = E ln(stretch). Tolerances: root mean square error of the points' stress over one \
             period below 1/5 of the material point method's; neighbouring points keep their order. The error of uGIMP itself \
             grows where the mesh is refined under the same displacement: points spread by 10 % leave parts of a cell to no point \
-            (Steffen, Wallstedt, Guilkey, Kirby & Berzins 2008); domains that follow the stretch are shown beside it. A block that only moves, across ten \
+            (Steffen, Wallstedt, Guilkey, Kirby & Berzins 2008); domains that follow the stretch converge, from 25 to 50 cells with the first order (at least 0.8), as the points' staircase does. A block that only moves, across ten \
             cells, must stay free of stress: 1e-12 E.",
     run,
 };
@@ -34,7 +34,7 @@ const NO_LENGTH: u32 = 1000;
 fn reference(times: &[f64]) -> Vec<Vec<f64>> {
     let dx = LENGTH_M / ELEMENTS as f64;
     let wave = (E_PA / axial_bar::DENSITY_KG_M3).sqrt();
-    let dt = 0.4 * dx / wave;
+    let longest = 0.4 * dx / wave;
     let b = axial_bar::wave_number(1);
     let mut v: Vec<f64> = (0..=ELEMENTS).map(|j| SPEED_M_S * libm::sin(b * j as f64 * dx)).collect();
     let mut u = vec![0.0; ELEMENTS + 1];
@@ -42,7 +42,9 @@ fn reference(times: &[f64]) -> Vec<Vec<f64>> {
     let mut time = 0.0;
     let mut rows = Vec::new();
     for &end in times {
-        while time < end {
+        let steps = ((end - time) / longest).ceil();
+        let dt = (end - time) / steps;
+        for _ in 0..steps as u64 {
             for j in 1..=ELEMENTS {
                 let (right, share) = if j == ELEMENTS { (0.0, 0.5) } else { (stress[j], 1.0) };
                 v[j] += dt * (right - stress[j - 1]) / (axial_bar::DENSITY_KG_M3 * dx * share);
@@ -53,8 +55,8 @@ fn reference(times: &[f64]) -> Vec<Vec<f64>> {
             for j in 0..ELEMENTS {
                 stress[j] = E_PA * libm::log1p((u[j + 1] - u[j]) / dx);
             }
-            time += dt;
         }
+        time = end;
         rows.push(stress.clone());
     }
     rows
@@ -82,12 +84,13 @@ fn compare(mut bar: Body, times: &[f64], reference: &[Vec<f64>]) -> (f64, Vec<[f
 
 fn run(depth: Depth) -> Findings {
     let resolutions: &[usize] = match depth {
-        Depth::Quick => &[25],
-        Depth::Full => &[25, 50],
+        Depth::Quick => &[25, 50],
+        Depth::Full => &[25, 50, 100],
     };
     let times: Vec<f64> = (1..=SAMPLES).map(|k| PERIOD_S * f64::from(k) / f64::from(SAMPLES)).collect();
     let reference = reference(&times);
     let mut findings = Findings::default();
+    let mut stretching_errors = Vec::new();
     for &cells in resolutions {
         let bar = axial_bar::bar(cells, 1, SPEED_M_S);
         let mut no_length = bar.setup().clone();
@@ -97,8 +100,14 @@ fn run(depth: Depth) -> Findings {
         let (gimp, profile, in_order) = compare(bar, &times, &reference);
         let (mpm, jumpy, _) = compare(body(no_length), &times, &reference);
         let what = format!("rms stress error of uGIMP over that of the material point method, {cells} cells");
-        findings.checks.push(Check::at_most(what, "", 0.2, gimp / mpm));
+        // Stated for 25 cells; with cells smaller than the spread of the points uGIMP ends where the other one starts.
+        findings.checks.push(if cells <= 50 {
+            Check::at_most(what, "", 0.2, gimp / mpm)
+        } else {
+            Check::information(what, "", 0.2, gimp / mpm)
+        });
         let (stretching, _, _) = compare(body(stretching), &times, &reference);
+        stretching_errors.push(stretching);
         for (error, scheme) in
             [(mpm, "the material point method"), (gimp, "uGIMP"), (stretching, "stretched domains")]
         {
@@ -124,6 +133,15 @@ fn run(depth: Depth) -> Findings {
                 ],
             });
         }
+    }
+    for (pair, cells) in stretching_errors.windows(2).zip(resolutions) {
+        let what = format!("order of the stress error of stretched domains, {cells} to {} cells", 2 * cells);
+        let found = order(pair[0], pair[1]);
+        findings.checks.push(if *cells == resolutions[0] {
+            Check::at_least(what, "", 0.8, found)
+        } else {
+            Check::information(what, "", 1.0, found)
+        });
     }
     findings.checks.push(moving_block());
     findings

@@ -56,15 +56,17 @@ pub(super) fn pressures(
 ) -> Vec<Vec<f64>> {
     let n = column.porosity;
     let dx = column.height / cells as f64;
-    let dt = 0.8 * dx / column.fast_wave();
+    let longest = 0.8 * dx / column.fast_wave();
     let mass = [(1.0 - n) * column.grains * dx, n * column.water * dx];
-    let drag = dt * n * n * column.water * column.gravity / column.permeability * dx;
     let (mut v, mut w) = (vec![0.0; cells + 1], vec![0.0; cells + 1]);
     let (mut stress, mut pressure) = (vec![0.0; cells], vec![0.0; cells]);
     let mut time = 0.0;
     let mut rows = Vec::with_capacity(times.len());
     for &end in times {
-        while time < end {
+        let steps = ((end - time) / longest).ceil();
+        let dt = (end - time) / steps;
+        let drag = dt * n * n * column.water * column.gravity / column.permeability * dx;
+        for _ in 0..steps as u64 {
             // The base's node stays where it is; depth and velocity point downwards.
             for j in 0..cells {
                 let share = if j == 0 { 0.5 } else { 1.0 };
@@ -90,6 +92,7 @@ pub(super) fn pressures(
             }
             time += dt;
         }
+        time = end;
         rows.push(depths.iter().map(|depth| between(&pressure, dx, *depth)).collect());
     }
     rows

@@ -71,7 +71,9 @@ fn found(column: &Column, cells: usize, times: &[f64]) -> History {
     let mut rows = Vec::new();
     for &end in times {
         while body.time_s() < end {
+            let left = end - body.time_s();
             let step = body.stable_step_s();
+            let step = if left < 1.000_001 * step { left } else { step };
             // The load at the start of a step acts during it, as in the reference.
             body.set_load_share(load_share(column, body.time_s()));
             body.step(step);

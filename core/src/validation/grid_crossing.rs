@@ -11,14 +11,18 @@ use crate::gimp::{Body, Grid, InitialPoints, Support};
 pub(super) const CASE: Case = Case {
     name: "grid-crossing",
     title: "Points that cross cells",
-    about: "The bar of the case axial-bar in its first mode, started at 1 m/s: strains reach 10 %, and the free end moves by 1.6 m, through cells of 1 m. \
-            Where a point crosses into another cell, the gradients of the material point method jump; those of the generalized one (uGIMP) do not. The \
-            same body is run with points of a thousandth of a cell, which is the material point method. Reference: finite differences on 1000 \
-            elements that move with the bar, with the solver's law sigma = E ln(stretch). Tolerances: root mean square error of the points' stress over one \
-            period below 1/5 of the material point method's; neighbouring points keep their order. The error of uGIMP itself \
-            grows where the mesh is refined under the same displacement: points spread by 10 % leave parts of a cell to no point \
-            (Steffen, Wallstedt, Guilkey, Kirby & Berzins 2008); domains that follow the stretch converge, from 25 to 50 cells with the first order (at least 0.8), as the points' staircase does. A block that only moves, across ten \
-            cells, must stay free of stress: 1e-12 E.",
+    about: "The bar of the case axial-bar in its first mode, started at 1 m/s: strains reach 10 %, and the \
+            free end moves by 1.6 m, through cells of 1 m. Where a point crosses into another cell, the \
+            gradients of the material point method jump; those of the generalized one (uGIMP) do not. The \
+            same body is run with points of a thousandth of a cell, which is the material point method. \
+            Reference: finite differences on 1000 elements that move with the bar, with the solver's law \
+            sigma = E ln(stretch). Tolerances: root mean square error of the points' stress over one period \
+            below 1/5 of the material point method's; neighbouring points keep their order. The error of \
+            uGIMP itself grows where the mesh is refined under the same displacement: points spread by 10 % \
+            leave parts of a cell to no point (Steffen, Wallstedt, Guilkey, Kirby & Berzins 2008); domains \
+            that follow the stretch converge, from 25 to 50 cells with the first order (at least 0.8), as \
+            the points' staircase does. A block that only moves, across ten cells, must stay free of stress: \
+            1e-12 E.",
     run,
 };
 
@@ -62,8 +66,8 @@ fn reference(times: &[f64]) -> Vec<Vec<f64>> {
     rows
 }
 
-/// Error of the points' stress over the largest exact one, all samples together, and the stress at three quarters of a
-/// period.
+/// Error of the points' stress over the largest exact one, all samples together, and the stress at three quarters
+/// of a period.
 fn compare(mut bar: Body, times: &[f64], reference: &[Vec<f64>]) -> (f64, Vec<[f64; 2]>, bool) {
     let start = bar.setup().points.x.clone();
     let scale = reference.iter().flatten().fold(0.0, |a: f64, s| a.max(s.abs()));
@@ -100,7 +104,8 @@ fn run(depth: Depth) -> Findings {
         let (gimp, profile, in_order) = compare(bar, &times, &reference);
         let (mpm, jumpy, _) = compare(body(no_length), &times, &reference);
         let what = format!("rms stress error of uGIMP over that of the material point method, {cells} cells");
-        // Stated for 25 cells; with cells smaller than the spread of the points uGIMP ends where the other one starts.
+        // Stated for 25 cells; with cells smaller than the spread of the points uGIMP ends where the other one
+        // starts.
         findings.checks.push(if cells <= 50 {
             Check::at_most(what, "", 0.2, gimp / mpm)
         } else {

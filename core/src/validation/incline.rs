@@ -9,11 +9,13 @@ use crate::gimp::{Grid, InitialPoints, Setup, Support};
 pub(super) const CASE: Case = Case {
     name: "block-on-incline",
     title: "Block on an incline with Coulomb friction",
-    about: "An elastic block of 1 m (E 10 MPa, 2000 kg/m3, in equilibrium across the base) is let go on a base inclined \
-            by 30 or 45 degrees (gravity is turned, the grid lies along the incline). Exact: acceleration g (sin t - mu cos t) if positive, else \
-            rest. Tolerances: 1 % of the acceleration between 0.2 s and 1 s; a block that sticks (damped: local damping 0.5, PIC rate 1000 1/s) \
-            must not creep faster than 0.1 mm/s between 0.5 s and 1 s. The tolerances are missed, and shown as information with a note, where the block sticks and \
-            where friction 0.6 meets more than 4 cells a side.",
+    about: "An elastic block of 1 m (E 10 MPa, 2000 kg/m3, in equilibrium across the base) is let go on a \
+            base inclined by 30 or 45 degrees (gravity is turned, the grid lies along the incline). Exact: \
+            acceleration g (sin t - mu cos t) if positive, else rest. Tolerances: 1 % of the acceleration \
+            between 0.2 s and 1 s; a block that sticks (damped: local damping 0.5, PIC rate 1000 1/s) must \
+            not creep faster than 0.1 mm/s between 0.5 s and 1 s. The tolerances are missed, and shown as \
+            information with a note, where the block sticks and where friction 0.6 meets more than 4 cells a \
+            side.",
     run,
 };
 
@@ -65,7 +67,8 @@ fn run(depth: Depth) -> Findings {
 
 /// A note on a check that is shown for information only although its tolerance is missed.
 fn missed(check: &Check) -> Option<String> {
-    let reason = "contact is decided node by node and step by step, and nodes of a block that vibrates lose and find the base in turn";
+    let reason = "contact is decided node by node and step by step, and nodes of a block that vibrates lose \
+                  and find the base in turn";
     match check.comparison {
         Comparison::Information if check.reference == 0.0 && check.found.abs() > CREEP_M_S => Some(format!(
             "MISSED: {}: {:.2} mm/s, where {:.1} mm/s is asked; {reason}",

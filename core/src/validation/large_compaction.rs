@@ -10,14 +10,16 @@ use crate::gimp::{Body, Setup};
 pub(super) const CASE: Case = Case {
     name: "large-compaction",
     title: "Compaction of a soft column",
-    about: "A column of 50 m (Poisson's ratio 0, 80 kg/m3, g 10 m/s2) under its own weight, put on in ten parts. \
-            In one dimension the Cauchy stress on a horizontal plane is the weight above it, \
-            -rho0 g (H0 - Y), for any law. The solver's rate form integrates to sigma = E ln(stretch), so that the stretch \
-            is exp(-rho0 g (H0 - Y) / E), and the height at rest is E / (rho0 g) (1 - exp(-rho0 g H0 / E)). \
-            With E = 40 kPa the base is compacted to exp(-1) = 0.37, as much as with the benchmark's own hyperelastic law and its E = 10 kPa \
-            (0.30; Charlton, Coombs & Augarde 2017, Computers & Structures 190). Tolerances as published for it at 25 cells or more: 1 % of the height, \
-            2 % of the base stress for the root mean square error of the stress averaged over what was a cell. With \
-            E = 10 kPa this law compacts the base to exp(-4) = 0.018, so that a cell of 2 m at the base holds more than half of the mass: information.",
+    about: "A column of 50 m (Poisson's ratio 0, 80 kg/m3, g 10 m/s2) under its own weight, put on in ten \
+            parts. In one dimension the Cauchy stress on a horizontal plane is the weight above it, -rho0 g \
+            (H0 - Y), for any law. The solver's rate form integrates to sigma = E ln(stretch), so that the \
+            stretch is exp(-rho0 g (H0 - Y) / E), and the height at rest is E / (rho0 g) (1 - exp(-rho0 g H0 \
+            / E)). With E = 40 kPa the base is compacted to exp(-1) = 0.37, as much as with the benchmark's \
+            own hyperelastic law and its E = 10 kPa (0.30; Charlton, Coombs & Augarde 2017, Computers & \
+            Structures 190). Tolerances as published for it at 25 cells or more: 1 % of the height, 2 % of \
+            the base stress for the root mean square error of the stress averaged over what was a cell. With \
+            E = 10 kPa this law compacts the base to exp(-4) = 0.018, so that a cell of 2 m at the base \
+            holds more than half of the mass: information.",
     run,
 };
 

@@ -10,11 +10,13 @@ use std::f64::consts::PI;
 pub(super) const CASE: Case = Case {
     name: "manufactured",
     title: "Order of convergence: a manufactured solution in two dimensions",
-    about: "A square of 1 m between rollers (E 10 MPa, Poisson's ratio 0.3, 1000 kg/m3) is made to move as u_x = A sin(pi x) cos(pi y) sin(w t), \
-            u_y = B cos(pi x) sin(pi y) sin(w t) by forces on its points that follow from Navier's equations, \
-            f = rho u'' - G lap(u) - (lambda + G) grad(div u); normal displacements and shear stresses vanish at the rollers by themselves. w is 1.3 \
-            times the frequency of the shear wave of that length, so that inertia counts. Displacements are 1e-6 m: no point leaves its cell. Checked: \
-            root mean square error of the displacements at w t = pi / 2, second order in h (at least 1.8).",
+    about: "A square of 1 m between rollers (E 10 MPa, Poisson's ratio 0.3, 1000 kg/m3) is made to move as \
+            u_x = A sin(pi x) cos(pi y) sin(w t), u_y = B cos(pi x) sin(pi y) sin(w t) by forces on its \
+            points that follow from Navier's equations, f = rho u'' - G lap(u) - (lambda + G) grad(div u); \
+            normal displacements and shear stresses vanish at the rollers by themselves. w is 1.3 times the \
+            frequency of the shear wave of that length, so that inertia counts. Displacements are 1e-6 m: no \
+            point leaves its cell. Checked: root mean square error of the displacements at w t = pi / 2, \
+            second order in h (at least 1.8).",
     run,
 };
 

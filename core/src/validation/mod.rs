@@ -1,8 +1,8 @@
 //! The validation suite: small analyses whose answer is known, each with its checks and figures.
 //!
 //! A case sets a body (or a whole slope) up, runs it, and compares what it finds with a closed form, with limit
-//! analysis, with a published measurement or with itself on another mesh. Cases are pure: whoever runs them measures
-//! time and draws the figures. The quick form of every case is also a test.
+//! analysis, with a published measurement or with itself on another mesh. Cases are pure: whoever runs them
+//! measures time and draws the figures. The quick form of every case is also a test.
 
 mod report;
 mod slopes;

@@ -10,12 +10,16 @@ use crate::gimp::{Body, Grid, InitialPoints, Setup};
 pub(super) const DRAINED: Case = Case {
     name: "drained-compression",
     title: "Drained biaxial compression of a Mohr-Coulomb specimen",
-    about: "A quarter of a specimen, 1 m by 2 m (E 20 MPa, Poisson's ratio 0.3, c 10 kPa, phi 25 degrees, no dilation), between two rollers is compressed by forces on its \
-            topmost points, sideways under a confining stress of 100 kPa. Stresses are counted from the isotropic confinement, which for Mohr-Coulomb is the \
-            same as a cohesion larger by 100 kPa tan(phi), so that the sides are free. Plane strain. Exact: elastic slope E / (1 - nu^2), lateral strain -nu / (1 - nu) of the axial one, failure at \
-            s1 = s3 tan^2(45 + phi / 2) + 2 c tan(45 + phi / 2) = 277.785 kPa. The load rises in steps, each let come to rest with local damping. Tolerances: 0.5 % of the \
-            elastic slope and strains of the points at least two cells from loaded and free sides; the specimen carries 0.98 of the peak and fails under 1.02 of it. Slope, peak, dilation and \
-            single-point paths themselves are checked to 1e-6 on the update alone (element tests).",
+    about: "A quarter of a specimen, 1 m by 2 m (E 20 MPa, Poisson's ratio 0.3, c 10 kPa, phi 25 degrees, no \
+            dilation), between two rollers is compressed by forces on its topmost points, sideways under a \
+            confining stress of 100 kPa. Stresses are counted from the isotropic confinement, which for \
+            Mohr-Coulomb is the same as a cohesion larger by 100 kPa tan(phi), so that the sides are free. \
+            Plane strain. Exact: elastic slope E / (1 - nu^2), lateral strain -nu / (1 - nu) of the axial \
+            one, failure at s1 = s3 tan^2(45 + phi / 2) + 2 c tan(45 + phi / 2) = 277.785 kPa. The load \
+            rises in steps, each let come to rest with local damping. Tolerances: 0.5 % of the elastic slope \
+            and strains of the points at least two cells from loaded and free sides; the specimen carries \
+            0.98 of the peak and fails under 1.02 of it. Slope, peak, dilation and single-point paths \
+            themselves are checked to 1e-6 on the update alone (element tests).",
     run: drained,
 };
 
@@ -23,11 +27,14 @@ pub(super) const DRAINED: Case = Case {
 pub(super) const UNDRAINED: Case = Case {
     name: "undrained-compression",
     title: "Undrained biaxial compression of a saturated specimen",
-    about: "The specimen of the drained test, saturated (porosity 0.3, K_w 2.2 GPa) and sheared faster than it drains (k = 1e-10 m/s), from an isotropic \
-            effective stress of 100 kPa. Exact: elastic with the undrained Poisson's ratio nu_u of K + K_w / n, so that the slope is E_u / (1 - nu_u^2) and the excess pressure \
-            0.49869 of the sum of the total stresses; failure where the effective path meets the envelope, q = 102.763 kPa with 51.247 kPa of excess pressure (incompressible limit \
-            s_u = p0 sin(phi) + c cos(phi)). Volumetric strains averaged over cells and the pressure relaxed to the cell's mean, as recommended for two phases. Tolerances: \
-            0.5 % of slope and pressure, peak as in the drained test; the element itself is checked to 0.5 % on the update alone.",
+    about: "The specimen of the drained test, saturated (porosity 0.3, K_w 2.2 GPa) and sheared faster than \
+            it drains (k = 1e-10 m/s), from an isotropic effective stress of 100 kPa. Exact: elastic with \
+            the undrained Poisson's ratio nu_u of K + K_w / n, so that the slope is E_u / (1 - nu_u^2) and \
+            the excess pressure 0.49869 of the sum of the total stresses; failure where the effective path \
+            meets the envelope, q = 102.763 kPa with 51.247 kPa of excess pressure (incompressible limit s_u \
+            = p0 sin(phi) + c cos(phi)). Volumetric strains averaged over cells and the pressure relaxed to \
+            the cell's mean, as recommended for two phases. Tolerances: 0.5 % of slope and pressure, peak as \
+            in the drained test; the element itself is checked to 0.5 % on the update alone.",
     run: undrained,
 };
 

@@ -8,11 +8,13 @@ use crate::gimp::{Body, Grid, InitialPoints, State, Support};
 pub(super) const CASE: Case = Case {
     name: "two-disks",
     title: "Collision of two elastic disks",
-    about: "Two disks of radius 0.2 m (E 1000 Pa, Poisson's ratio 0.3, 1000 kg/m3, plane strain) approach each other at \
-            (0.1, 0.1) and (-0.1, -0.1) m/s, after Sulsky, Chen & Schreyer (1994). Exact: momentum 0; their surfaces meet at 1.586 s, on a grid earlier by the time \
-            they need for 2.5 cells along each axis, the reach of two points' shape functions. Tolerances: momentum 1e-12 of one disk's, at 3.5 s less than \
-            5 % of kinetic plus stored energy lost, largest kinetic energy after the rebound above 90 % (typical of published results for the undamped scheme). \
-            Stored energy is that of small strains, so that the sum dips while the disks are flattened.",
+    about: "Two disks of radius 0.2 m (E 1000 Pa, Poisson's ratio 0.3, 1000 kg/m3, plane strain) approach \
+            each other at (0.1, 0.1) and (-0.1, -0.1) m/s, after Sulsky, Chen & Schreyer (1994). Exact: \
+            momentum 0; their surfaces meet at 1.586 s, on a grid earlier by the time they need for 2.5 \
+            cells along each axis, the reach of two points' shape functions. Tolerances: momentum 1e-12 of \
+            one disk's, at 3.5 s less than 5 % of kinetic plus stored energy lost, largest kinetic energy \
+            after the rebound above 90 % (typical of published results for the undamped scheme). Stored \
+            energy is that of small strains, so that the sum dips while the disks are flattened.",
     run,
 };
 
@@ -44,7 +46,8 @@ fn disks(cells: usize) -> Body {
     body(setup)
 }
 
-/// Kinetic energy, and the energy stored in linear elasticity: (s:s - nu / (1 + nu) tr(s)^2) (1 + nu) / (2 E) per volume.
+/// Kinetic energy, and the energy stored in linear elasticity: (s:s - nu / (1 + nu) tr(s)^2) (1 + nu) / (2 E) per
+/// volume.
 fn energies(state: &State, mass: f64) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for i in 0..state.x.len() {
@@ -104,7 +107,8 @@ fn collide(cells: usize, draw: bool, findings: &mut Findings) {
     findings.checks.push(Check::at_most(what, "", 1e-12, drift));
     let what = format!("kinetic and stored energy at the end over the start, h = {h} m");
     findings.checks.push(Check::at_least(what, "", 0.95, (end[1] + end[2]) / kinetic_0));
-    // Half way through contact the energy is stored; what is left after the rebound swings between the disks' motion and vibration.
+    // Half way through contact the energy is stored; what is left after the rebound swings between the disks'
+    // motion and vibration.
     let turn =
         history.iter().map(|e| e[2]).enumerate().fold((0, 0.0), |a, e| if e.1 > a.1 { e } else { a }).0;
     let rebound = history[turn..].iter().map(|e| e[1]).fold(0.0, f64::max);

@@ -1,7 +1,8 @@
 //! Finite differences for the v-w equations of a saturated column in one dimension: the reference for its waves.
 //!
-//! Independent of the material point method: a staggered mesh that moves with the skeleton, velocities at its nodes, stress and
-//! pressure in its cells, leapfrog in time with point-implicit drag; small strains, top drained, base rigid and impervious.
+//! Independent of the material point method: a staggered mesh that moves with the skeleton, velocities at its
+//! nodes, stress and pressure in its cells, leapfrog in time with point-implicit drag; small strains, top
+//! drained, base rigid and impervious.
 
 /// Constants of the column.
 #[derive(Debug, Clone, Copy)]
@@ -110,8 +111,8 @@ mod tests {
     use super::*;
     use serde_json::Value;
 
-    /// Against a table computed elsewhere with 2000 cells: wherever the pressure is smooth (k = 1e-3 m/s) to 0.01 of the load,
-    /// of which the front between cells of 2.5 mm takes most.
+    /// Against a table computed elsewhere with 2000 cells: wherever the pressure is smooth (k = 1e-3 m/s) to 0.01
+    /// of the load, of which the front between cells of 2.5 mm takes most.
     #[test]
     fn the_table_of_a_finer_mesh_is_met() {
         let tables: Value = serde_json::from_str(include_str!("../../tests/data/physics.json")).unwrap();

@@ -1,6 +1,6 @@
 //! B7: a compression wave through a saturated column.
 
-use super::measure::{rms, row_means};
+use super::measure::{mean, rms, row_means, zero_crossings};
 use super::set_up::{GRAINS_KG_M3, GRAVITY_M_S2, WATER_BULK_PA, WATER_KG_M3, body, column as body_of_column};
 use super::two_phase_column::{Column, between, pressures};
 use super::{Case, Check, Depth, Figure, Findings, Series};
@@ -10,12 +10,15 @@ use crate::campaign::Formulation;
 pub(super) const CASE: Case = Case {
     name: "undrained-wave",
     title: "Compression wave through a saturated column",
-    about: "A saturated column of 2 m (E_oed 10 MPa, porosity 0.4, K_w 2.2 GPa) is loaded at its drained top by 10 kPa within 0.1 T, \
-            T = H / c_u = 1.2 ms the travel time of the undrained wave, c_u = sqrt((E_oed + K_w / n) / rho) = 1664 m/s (after Verruijt 2010, An introduction to soil dynamics). \
-            The load acts on the points of the topmost row. Reference: finite differences for the same v-w equations on 800 cells, themselves checked against a \
-            table for 2000 cells. With k = 1e-5 m/s skeleton and water move as one: a plateau of Q / (Q + E_oed) of the load behind the front, twice that \
-            after the reflection at the base. Tolerances at 100 cells: 2 % for plateaus and the front's arrival (half of the plateau), overshoot below 10 %. With k = 1e-3 m/s the front is \
-            spread by drag: root mean square difference at five depths and all times 2 % of the load.",
+    about: "A saturated column of 2 m (E_oed 10 MPa, porosity 0.4, K_w 2.2 GPa) is loaded at its drained top \
+            by 10 kPa within 0.1 T, T = H / c_u = 1.2 ms the travel time of the undrained wave, c_u = \
+            sqrt((E_oed + K_w / n) / rho) = 1664 m/s (after Verruijt 2010, An introduction to soil \
+            dynamics). The load acts on the points of the topmost row. Reference: finite differences for the \
+            same v-w equations on 800 cells, themselves checked against a table for 2000 cells. With k = \
+            1e-5 m/s skeleton and water move as one: a plateau of Q / (Q + E_oed) of the load behind the \
+            front, twice that after the reflection at the base. Tolerances at 100 cells: 2 % for plateaus \
+            and the front's arrival (half of the plateau), overshoot below 10 %. With k = 1e-3 m/s the front \
+            is spread by drag: root mean square difference at five depths and all times 2 % of the load.",
     run,
 };
 
@@ -124,7 +127,7 @@ fn sharp_front(column: &Column, cells: usize, [reference, found]: [&History; 2],
     let plateau = storage / (storage + column.constrained);
     let mean_of = |history: &History, from: f64, to: f64| {
         let values: Vec<f64> = middle(history, from, to).map(|s| s.1).collect();
-        super::measure::mean(&values)
+        mean(&values)
     };
     let what = format!("first plateau over the load, mid-height, k = 1e-5 m/s, {cells} cells");
     checks.push(Check::relative(what, "", plateau, mean_of(found, 0.8, 1.3), 0.02));
@@ -134,7 +137,7 @@ fn sharp_front(column: &Column, cells: usize, [reference, found]: [&History; 2],
 
     let arrival = |history: &History| {
         let series: Vec<[f64; 2]> = middle(history, 0.0, 1.0).map(|(t, p)| [t, p - 0.5 * plateau]).collect();
-        super::measure::zero_crossings(&series).first().copied().unwrap_or(f64::NAN)
+        zero_crossings(&series).first().copied().unwrap_or(f64::NAN)
     };
     let what = format!("arrival at mid-height over T, k = 1e-5 m/s, {cells} cells");
     checks.push(Check::relative(what, "", arrival(reference), arrival(found), 0.02));

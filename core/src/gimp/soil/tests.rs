@@ -1,4 +1,5 @@
-//! The return to the Mohr-Coulomb surface against reference values (B8, B9) and, in `koiter`, against an independent solution.
+//! The return to the Mohr-Coulomb surface against reference values (B8, B9) and, in `koiter`, against an
+//! independent solution.
 
 mod koiter;
 
@@ -126,8 +127,8 @@ fn close(found: f64, expected: f64, relative: f64) {
     );
 }
 
-/// B8: elastic slope, yield, sigma_zz and peak of a drained biaxial test; tolerance 1e-6 for a single point, but for
-/// the strain at yield, which is known to one step (1e-5 of 8e-3).
+/// B8: elastic slope, yield, sigma_zz and peak of a drained biaxial test; tolerance 1e-6 for a single point, but
+/// for the strain at yield, which is known to one step (1e-5 of 8e-3).
 #[test]
 fn drained_biaxial_test() {
     let r = &reference()["biaxial"];

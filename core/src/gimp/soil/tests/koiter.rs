@@ -1,9 +1,9 @@
 //! The return against an independent solution of the multi-surface problem, and its objectivity.
 //!
-//! The independent solution (Koiter 1953) knows no branch of the update: in principal space there are six Mohr-Coulomb
-//! planes, with their own flow, and three tension planes with associated flow; every set of up to three of them is
-//! solved for its multipliers, s = s_trial - sum of multiplier times D m with f = 0 on the set, and the admissible stress whose
-//! multipliers are all non-negative is the return.
+//! The independent solution (Koiter 1953) knows no branch of the update: in principal space there are six
+//! Mohr-Coulomb planes, with their own flow, and three tension planes with associated flow; every set of up to
+//! three of them is solved for its multipliers, s = s_trial - sum of multiplier times D m with f = 0 on the set,
+//! and the admissible stress whose multipliers are all non-negative is the return.
 
 use super::*;
 
@@ -177,8 +177,8 @@ struct Tally {
     corner: u32,
     /// Trials outside both a Mohr-Coulomb plane and a cut-off.
     outside_both: u32,
-    /// Those of them that return elsewhere than the independent solution, and by how much at most, over the size of its
-    /// correction and over that of the stresses.
+    /// Those of them that return elsewhere than the independent solution, and by how much at most, over the size
+    /// of its correction and over that of the stresses.
     elsewhere: u32,
     of_correction: f64,
     of_size: f64,
@@ -237,9 +237,10 @@ fn compare(seed: u64, (phi, psi, cohesion, cutoff): (f64, f64, f64, Option<f64>)
     tally
 }
 
-/// 120,000 returns, never outside the surface by more than 1e-10 of the stresses' size, and equal to the independent solution, but
-/// for trials outside both Mohr-Coulomb and a cut-off of its own: there the update returns to Mohr-Coulomb first and then cuts
-/// tension off, which ends on the surface, though elsewhere than the simultaneous return; by less than that return's correction.
+/// 120,000 returns, never outside the surface by more than 1e-10 of the stresses' size, and equal to the independent
+/// solution, but for trials outside both Mohr-Coulomb and a cut-off of its own: there the update returns to Mohr-Coulomb
+/// first and then cuts tension off, which ends on the surface, though elsewhere than the simultaneous return, by less
+/// than that return's correction.
 #[test]
 fn returns_solve_the_multi_surface_problem() {
     for (k, material) in MATERIALS.into_iter().enumerate() {
@@ -275,8 +276,8 @@ fn updated(elastic: &Constants, soil: &Soil, stress: [f64; 4], gradient: [f64; 4
     [first(new.xx), first(new.yy), first(new.zz), first(new.xy)]
 }
 
-/// Turned axes: the stress that comes of a turned stress and a turned displacement gradient, spin included, is the turned
-/// stress; to 1e-12 of the stresses' size.
+/// Turned axes: the stress that comes of a turned stress and a turned displacement gradient, spin included, is
+/// the turned stress; to 1e-12 of the stresses' size.
 #[test]
 fn the_update_is_the_same_in_turned_axes() {
     let mut numbers = Numbers(7);

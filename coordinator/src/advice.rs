@@ -5,7 +5,7 @@
 use crate::table::significant;
 use runout_core::campaign::{
     Campaign, Contact, Formulation, GroundSurface, InitialPorePressure, InitialStress, Model, RunoutMeasure,
-    Softening, StopRule, Surface, VolumetricStrain,
+    Softening, StopRule, Surface, VolumetricStrain, WaterAboveTable,
 };
 use runout_core::estimate::interval;
 use runout_core::slope;
@@ -134,15 +134,19 @@ pub fn choices(campaign: &Campaign) -> Vec<String> {
                 GroundSurface::Drained => "drained",
                 GroundSurface::Closed => "closed",
             };
-            format!("two phases: {start}{free}; the ground surface is {surface}")
+            let above = match model.water.above_table {
+                WaterAboveTable::Held => "the skeleton holds the water above the table",
+                WaterAboveTable::Sinks => "the water above the table sinks, which raises the pressure below",
+            };
+            format!("two phases: {start}{free}; {above}; the ground surface is {surface}")
         }
     }];
     if analysis.volumetric_strain == VolumetricStrain::Point {
         choices.push("each point's own volumetric strain: stiffer than the cell average".to_owned());
     }
     choices.push(format!(
-        "damping: local_damping = {}, pic_rate_per_s = {} (both shorten runout)",
-        analysis.local_damping, analysis.pic_rate_per_s
+        "damping: local_damping = {}, pic_rate_per_s = {}, damping_rate_per_s = {} (all shorten runout)",
+        analysis.local_damping, analysis.pic_rate_per_s, analysis.damping_rate_per_s
     ));
     choices.push(
         match model.sample.measure {

@@ -54,11 +54,21 @@ cases! {
     gravity_column "gravity-column"
     large_compaction "large-compaction"
     axial_bar "axial-bar"
+    grid_crossing "grid-crossing"
+    manufactured "manufactured"
+    two_disks "two-disks"
     block_on_incline "block-on-incline"
+    drained_compression "drained-compression"
     hydrostatic_column "hydrostatic-column"
     consolidation "consolidation"
     self_weight_consolidation "self-weight-consolidation"
     both_ends_drained "both-ends-drained"
+    undrained_wave "undrained-wave"
+    undrained_compression "undrained-compression"
+    slope_onset "slope-onset"
+    slope_convergence "slope-convergence"
+    water_modulus "water-modulus"
+    damping "damping"
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //!
 //! Every message names the file, and what is wrong in it down to key and value or line and column.
 
+use crate::overrides::{self, Override};
 use crate::run_directory::{SITE_FILE, SPEC_FILE};
 use runout_core::campaign::{self, Campaign, CampaignError};
 use runout_core::fit::{self, Fit, FitError};
@@ -52,6 +53,16 @@ pub enum LoadError {
         /// What the system said, or what to do.
         why: String,
     },
+    /// An override fits no campaign.
+    #[error("{}: {change}: {why}", path.display())]
+    Override {
+        /// Campaign file.
+        path: PathBuf,
+        /// The override.
+        change: Override,
+        /// What is wrong.
+        why: String,
+    },
     /// The campaign file is wrong.
     #[error("{}: {error}", path.display())]
     Campaign {
@@ -86,6 +97,19 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     fit_and_freeze(path, read(path)?)
 }
 
+/// As [`load`], with some keys of the campaign file changed before it is checked.
+///
+/// # Errors
+/// As [`load`], or an override that fits no campaign.
+pub fn load_with(path: &Path, changes: &[Override]) -> Result<Loaded, LoadError> {
+    let text = overrides::apply(&read_text(path)?, changes).map_err(|(change, why)| LoadError::Override {
+        path: path.to_owned(),
+        change,
+        why,
+    })?;
+    fit_and_freeze(path, read_table(path, text)?)
+}
+
 /// Fits and freezes what [`read`] gave for the campaign file at `path`.
 ///
 /// # Errors
@@ -109,7 +133,11 @@ pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> 
 /// # Errors
 /// A file that cannot be read or that is wrong.
 pub fn read(path: &Path) -> Result<Inputs, LoadError> {
-    let campaign_text = read_text(path)?;
+    read_table(path, read_text(path)?)
+}
+
+/// Checks a campaign's text and reads its site table; `path` is the campaign file.
+fn read_table(path: &Path, campaign_text: String) -> Result<Inputs, LoadError> {
     let campaign = campaign::parse(&campaign_text)
         .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
     let (site, site_text) = match &campaign.site {

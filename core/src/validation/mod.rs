@@ -4,6 +4,8 @@
 //! analysis, with a published measurement or with itself on another mesh. Cases are pure: whoever runs them measures
 //! time and draws the figures. The quick form of every case is also a test.
 
+mod collapse;
+mod invariance;
 mod report;
 mod slopes;
 
@@ -11,5 +13,13 @@ pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series
 
 /// Every case, in the order of the report.
 pub fn cases() -> Vec<Case> {
-    vec![slopes::ONSET, slopes::CONVERGENCE, slopes::WATER_MODULUS, slopes::DAMPING]
+    vec![
+        slopes::ONSET,
+        slopes::CONVERGENCE,
+        slopes::WATER_MODULUS,
+        slopes::DAMPING,
+        collapse::COLUMNS,
+        collapse::RODS,
+        invariance::INVARIANCE,
+    ]
 }

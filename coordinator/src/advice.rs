@@ -2,10 +2,13 @@
 //!
 //! The thresholds are rules of thumb, named here; they stop nothing.
 
+use crate::table::significant;
 use runout_core::campaign::{
-    Campaign, Formulation, GroundSurface, InitialPorePressure, RunoutMeasure, StopRule, VolumetricStrain,
+    Campaign, Formulation, GroundSurface, InitialPorePressure, RunoutMeasure, StopRule, Surface,
+    VolumetricStrain,
 };
 use runout_core::estimate::interval;
+use runout_core::slope;
 
 /// A field changes by about a standard deviation over a scale of fluctuation: fewer points than this across it see
 /// noise rather than a field.
@@ -58,19 +61,25 @@ pub fn warnings(campaign: &Campaign) -> Vec<String> {
         ));
     }
     let slope = &model.slope;
-    if slope.runout_plain_m < ROOM_IN_HEIGHTS * slope.height_m {
+    let height = slope::height_m(slope);
+    if slope.runout_plain_m < ROOM_IN_HEIGHTS * height {
         warnings.push(format!(
             "slope.runout_plain_m = {} is less than {ROOM_IN_HEIGHTS} slope heights: long slides may reach the wall",
             slope.runout_plain_m
         ));
     }
-    if slope.crest_width_m < CREST_IN_HEIGHTS * slope.height_m {
+    let crest_width = slope::crest_edge_x(slope) - slope::rear_x(slope);
+    if crest_width < CREST_IN_HEIGHTS * height {
+        let key = match slope.surface {
+            Surface::Uniform { .. } => "slope.crest_width_m =",
+            Surface::Profile { .. } => "the profile's ground behind slope.crest_x_m, m:",
+        };
+        let shown = significant(crest_width, 4);
         warnings.push(format!(
-            "slope.crest_width_m = {} is less than the slope's height: the rear wall may cut slip surfaces",
-            slope.crest_width_m
+            "{key} {shown} is less than the slope's height: the rear wall may cut slip surfaces"
         ));
     }
-    let cells = slope.height_m / model.mesh.cell_size_m;
+    let cells = height / model.mesh.cell_size_m;
     if cells < FEWEST_CELLS_A_HEIGHT {
         warnings.push(format!(
             "{cells:.0} cells over the slope's height: shear bands are smeared, and runout depends on the cell size"
@@ -109,7 +118,7 @@ pub fn choices(campaign: &Campaign) -> Vec<String> {
     let mut choices = vec![match analysis.formulation {
         Formulation::OnePhase => "one phase: total unit weight, no pore pressure".to_owned(),
         Formulation::TwoPhase => {
-            let start = match model.water.initial_pore_pressure {
+            let start = match &model.water.initial_pore_pressure {
                 InitialPorePressure::None => {
                     "no pore pressure at the start, so that only excess pore pressure develops \
                      (a water table at the ground surface multiplies runout)"

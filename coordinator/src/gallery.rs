@@ -209,14 +209,9 @@ fn strain_top(values: &[f64]) -> f64 {
 
 /// Ground surface before the slide, to where the material reached.
 fn ground(model: &Model, x: &[f64]) -> Vec<(f64, f64)> {
-    let edge = slope::crest_edge_x(&model.slope);
     let reach = x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
-    vec![
-        (edge - model.slope.crest_width_m, model.slope.height_m),
-        (edge, model.slope.height_m),
-        (0.0, 0.0),
-        (reach, 0.0),
-    ]
+    let surface = slope::surface_between(&model.slope, slope::rear_x(&model.slope), reach);
+    surface.into_iter().map(|[x, y]| (x, y)).collect()
 }
 
 fn result_in_words(model: &Model, outcome: &Outcome) -> String {

@@ -5,7 +5,8 @@
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
 //!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
-//! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out.
+//! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
+//!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
 pub mod load;
@@ -30,6 +31,7 @@ pub mod gallery;
 pub mod picture;
 pub mod report;
 pub mod table;
+pub mod validation;
 pub mod vtu;
 
 pub mod cli;

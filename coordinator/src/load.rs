@@ -1,9 +1,11 @@
-//! The only reader of user files: campaign file and site table in, checked campaign, fit and frozen spec out.
+//! The only reader of user files: campaign file, site table and surface profile in, checked campaign, fit and frozen
+//! spec out.
 //!
 //! Every message names the file, and what is wrong in it down to key and value or line and column.
 
 use crate::overrides::{self, Override};
-use crate::run_directory::{SITE_FILE, SPEC_FILE};
+use crate::run_directory::{PROFILE_FILE, SITE_FILE, SPEC_FILE};
+use runout_core::campaign::profile::{self, ProfileError};
 use runout_core::campaign::{self, Campaign, CampaignError};
 use runout_core::fit::{self, Fit, FitError};
 use runout_core::site::{self, SiteData, SiteError};
@@ -23,6 +25,8 @@ pub struct Inputs {
     pub campaign_text: String,
     /// The site table as written.
     pub site_text: Option<String>,
+    /// The surface profile as written; absent if the campaign names none.
+    pub profile_text: Option<String>,
 }
 
 /// A campaign that is ready to run: read, checked, fitted and frozen.
@@ -36,6 +40,8 @@ pub struct Loaded {
     pub campaign_text: String,
     /// The site table as written.
     pub site_text: Option<String>,
+    /// The surface profile as written; absent if the campaign names none.
+    pub profile_text: Option<String>,
     /// The fit.
     pub fit: Fit,
     /// The frozen spec.
@@ -79,6 +85,14 @@ pub enum LoadError {
         /// What is wrong.
         error: SiteError,
     },
+    /// The surface profile is wrong.
+    #[error("{}: {error}", path.display())]
+    Profile {
+        /// File.
+        path: PathBuf,
+        /// What is wrong.
+        error: ProfileError,
+    },
     /// The data cannot be fitted as asked.
     #[error("{}: {error}", path.display())]
     Fit {
@@ -107,7 +121,7 @@ pub fn load_with(path: &Path, changes: &[Override]) -> Result<Loaded, LoadError>
         change,
         why,
     })?;
-    fit_and_freeze(path, read_table(path, text)?)
+    fit_and_freeze(path, read_tables(path, text)?)
 }
 
 /// Fits and freezes what [`read`] gave for the campaign file at `path`.
@@ -115,7 +129,7 @@ pub fn load_with(path: &Path, changes: &[Override]) -> Result<Loaded, LoadError>
 /// # Errors
 /// Data that cannot be fitted as asked.
 pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> {
-    let Inputs { campaign, site, campaign_text, site_text } = inputs;
+    let Inputs { campaign, site, campaign_text, site_text, profile_text } = inputs;
     let fit = fit::fit(&campaign.random, site.as_ref(), &campaign.fit)
         .map_err(|error| LoadError::Fit { path: path.to_owned(), error })?;
     let spec = Spec {
@@ -125,32 +139,51 @@ pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> 
         copula: fit.copula.best.clone(),
         model: campaign.model.clone(),
     };
-    Ok(Loaded { campaign, site, campaign_text, site_text, fit, spec })
+    Ok(Loaded { campaign, site, campaign_text, site_text, profile_text, fit, spec })
 }
 
-/// Reads and checks the campaign file at `path` and its site table.
+/// Reads and checks the campaign file at `path`, its site table and its surface profile.
 ///
 /// # Errors
 /// A file that cannot be read or that is wrong.
 pub fn read(path: &Path) -> Result<Inputs, LoadError> {
-    read_table(path, read_text(path)?)
+    read_tables(path, read_text(path)?)
 }
 
-/// Checks a campaign's text and reads its site table; `path` is the campaign file.
-fn read_table(path: &Path, campaign_text: String) -> Result<Inputs, LoadError> {
-    let campaign = campaign::parse(&campaign_text)
-        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
+/// Checks a campaign's text and reads its surface profile and site table; `path` is the campaign file.
+fn read_tables(path: &Path, campaign_text: String) -> Result<Inputs, LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let profile = match campaign::profile_file(&campaign_text) {
+        None => None,
+        Some(named) => {
+            let section = file_of(folder, &named, PROFILE_FILE);
+            Some((read_text(&section)?, section))
+        }
+    };
+    let campaign = parse(path, &campaign_text, profile.as_ref())?;
     let (site, site_text) = match &campaign.site {
         None => (None, None),
         Some(section) => {
-            let table = table_of(path.parent().unwrap_or(Path::new("")), &section.data);
+            let table = file_of(folder, &section.data, SITE_FILE);
             let text = read_text(&table)?;
             let data = site::parse(&text, &section.columns, section.zeros)
                 .map_err(|error| LoadError::Site { path: table, error })?;
             (Some(data), Some(text))
         }
     };
-    Ok(Inputs { campaign, site, campaign_text, site_text })
+    let profile_text = profile.map(|(text, _)| text);
+    Ok(Inputs { campaign, site, campaign_text, site_text, profile_text })
+}
+
+/// Parses campaign text with the text of its surface profile and the file that this is from.
+fn parse(path: &Path, text: &str, profile: Option<&(String, PathBuf)>) -> Result<Campaign, LoadError> {
+    let line = profile
+        .map(|(text, section)| {
+            profile::parse(text).map_err(|error| LoadError::Profile { path: section.clone(), error })
+        })
+        .transpose()?;
+    campaign::parse_with_profile(text, line.as_ref())
+        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })
 }
 
 /// As [`load`], from the texts that a run directory keeps; `path` names the campaign file in messages.
@@ -161,9 +194,18 @@ pub fn load_texts(
     path: &Path,
     campaign_text: String,
     site_text: Option<String>,
+    profile_text: Option<String>,
 ) -> Result<Loaded, LoadError> {
-    let campaign = campaign::parse(&campaign_text)
-        .map_err(|error| LoadError::Campaign { path: path.to_owned(), error })?;
+    let missing = |name: &str| {
+        let why = "there is no such file, and the campaign needs it".to_owned();
+        LoadError::Unreadable { path: path.with_file_name(name), why }
+    };
+    let profile = match (campaign::profile_file(&campaign_text), &profile_text) {
+        (None, _) => None,
+        (Some(_), None) => return Err(missing(PROFILE_FILE)),
+        (Some(_), Some(text)) => Some((text.clone(), path.with_file_name(PROFILE_FILE))),
+    };
+    let campaign = parse(path, &campaign_text, profile.as_ref())?;
     let site = match (&campaign.site, &site_text) {
         (Some(section), Some(text)) => {
             let table = path.with_file_name(SITE_FILE);
@@ -172,19 +214,16 @@ pub fn load_texts(
                     .map_err(|error| LoadError::Site { path: table, error })?,
             )
         }
-        (Some(_), None) => {
-            let why = "there is no such file, and the campaign needs it".to_owned();
-            return Err(LoadError::Unreadable { path: path.with_file_name(SITE_FILE), why });
-        }
+        (Some(_), None) => return Err(missing(SITE_FILE)),
         (None, _) => None,
     };
-    fit_and_freeze(path, Inputs { campaign, site, campaign_text, site_text })
+    fit_and_freeze(path, Inputs { campaign, site, campaign_text, site_text, profile_text })
 }
 
-/// Where the site table of a campaign file in `folder` is. A run directory keeps its table under a name of its own,
-/// whatever the campaign file, kept as written, calls it.
-fn table_of(folder: &Path, named: &str) -> PathBuf {
-    let kept = folder.join(SITE_FILE);
+/// Where a file that a campaign file in `folder` names is. A run directory keeps it under a name of its own, whatever
+/// the campaign file, kept as written, calls it.
+fn file_of(folder: &Path, named: &str, kept: &str) -> PathBuf {
+    let kept = folder.join(kept);
     if folder.join(SPEC_FILE).is_file() && kept.is_file() { kept } else { folder.join(named) }
 }
 

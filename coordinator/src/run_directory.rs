@@ -1,6 +1,6 @@
 //! The run directory: one directory, one campaign; portable to another machine.
 //!
-//! `campaign.toml` and `site.csv` as given, `spec.json` (the frozen spec, its digest, the build), `outcomes.log`,
+//! `campaign.toml`, `site.csv` and `profile.csv` as given, `spec.json` (the frozen spec, its digest, the build), `outcomes.log`,
 //! `store/`, `coordinator.addr` while a coordinator listens, `coordinator.lock`, `spool/` of local workers.
 //! `spec.json` is written last, so that a directory with it is complete.
 
@@ -19,12 +19,14 @@ use thiserror::Error;
 const CAMPAIGN_FILE: &str = "campaign.toml";
 /// The site table as given.
 pub(crate) const SITE_FILE: &str = "site.csv";
+/// The surface profile as given.
+pub(crate) const PROFILE_FILE: &str = "profile.csv";
 /// The frozen spec.
 pub(crate) const SPEC_FILE: &str = "spec.json";
 const ADDRESS_FILE: &str = "coordinator.addr";
 const LOCK_FILE: &str = "coordinator.lock";
 /// What may lie in a directory that becomes a run directory: what a creation that was cut short leaves.
-const BEFORE_CREATION: [&str; 3] = [CAMPAIGN_FILE, SITE_FILE, LOCK_FILE];
+const BEFORE_CREATION: [&str; 4] = [CAMPAIGN_FILE, SITE_FILE, PROFILE_FILE, LOCK_FILE];
 
 /// A run directory that cannot be used.
 #[derive(Debug, Error)]
@@ -77,6 +79,8 @@ pub struct Contents<'a> {
     pub campaign_text: &'a str,
     /// Text of the site data.
     pub site_text: Option<&'a str>,
+    /// Text of the surface profile.
+    pub profile_text: Option<&'a str>,
     /// The frozen spec.
     pub spec: &'a Spec,
 }
@@ -134,6 +138,9 @@ impl RunDirectory {
         if let Some(text) = contents.site_text {
             put(SITE_FILE, text)?;
         }
+        if let Some(text) = contents.profile_text {
+            put(PROFILE_FILE, text)?;
+        }
         if !resumed {
             put(SPEC_FILE, &frozen(contents.spec))?;
         }
@@ -188,6 +195,8 @@ pub struct RunView {
     pub campaign_text: String,
     /// Text of the site data, if the campaign has any.
     pub site_text: Option<String>,
+    /// Text of the surface profile, if the campaign has one.
+    pub profile_text: Option<String>,
     /// Every recorded outcome, in index order, gaps and outcomes beyond the stopping index included.
     pub records: Vec<Record>,
     /// Later outcomes that contradict a recorded one.
@@ -209,6 +218,7 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
         fs::read_to_string(path.join(name))
             .map_err(|error| RunDirectoryError::File { path: path.join(name), error })
     };
+    let if_there = |name: &str| path.join(name).exists().then(|| text(name)).transpose();
     let spec = read_spec(path)?;
     let bytes = match fs::read(path.join(LOG_FILE)) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
@@ -219,7 +229,8 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
     Ok(RunView {
         spec,
         campaign_text: text(CAMPAIGN_FILE)?,
-        site_text: path.join(SITE_FILE).exists().then(|| text(SITE_FILE)).transpose()?,
+        site_text: if_there(SITE_FILE)?,
+        profile_text: if_there(PROFILE_FILE)?,
         records: contents.records.into_values().collect(),
         conflicts: contents.conflicts,
         audited: contents.audited,

@@ -121,6 +121,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     let contents = Contents {
         campaign_text: &loaded.campaign_text,
         site_text: loaded.site_text.as_deref(),
+        profile_text: loaded.profile_text.as_deref(),
         spec: &loaded.spec,
     };
     let fingerprint = identity::fingerprint(identity::kernel()?);

@@ -64,7 +64,12 @@ impl Desk {
     fn run(&self, change: impl Fn(&mut Record)) {
         let loaded = load::load(&self.path("campaign.toml")).expect("the fixture is sound");
         let dir = self.path("run");
-        let contents = Contents { campaign_text: &loaded.campaign_text, site_text: None, spec: &loaded.spec };
+        let contents = Contents {
+            campaign_text: &loaded.campaign_text,
+            site_text: None,
+            profile_text: loaded.profile_text.as_deref(),
+            spec: &loaded.spec,
+        };
         let _lock = RunDirectory::open(&dir, contents).expect("the folder is new");
         let prepared = Prepared::new(loaded.spec, Kernel::best()).expect("it fits into memory");
         let entry = |index| {
@@ -221,7 +226,7 @@ fn a_run_directory_can_be_given_as_a_campaign_whatever_its_table_was_called() {
     std::fs::copy(fixtures.join("site.csv"), desk.path("laboratory.csv")).expect("it can be written");
     let loaded = load::load(&desk.path("mine.toml")).expect("the fixture is sound");
     let Loaded { campaign_text, site_text, spec, .. } = &loaded;
-    let contents = Contents { campaign_text, site_text: site_text.as_deref(), spec };
+    let contents = Contents { campaign_text, site_text: site_text.as_deref(), profile_text: None, spec };
     drop(RunDirectory::open(&desk.path("run"), contents).expect("the folder is new"));
     let again = load::load(&desk.path("run/campaign.toml")).expect("the table is beside it");
     assert_eq!(again.spec.digest(), loaded.spec.digest());

@@ -7,8 +7,9 @@
 //! clock.
 
 use runout_core::campaign::{
-    Analysis, Autocorrelation, Field, Formulation, GroundSurface, InitialPorePressure, Mesh, Model,
-    PointDomain, RunoutMeasure, Sample, Slope, Soil, VelocityFilter, VolumetricStrain, Water,
+    Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
+    InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
+    VolumetricStrain, Water,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -61,12 +62,16 @@ fn spec(formulation: Formulation) -> Spec {
             rotation_rad: 0.0,
         },
         slope: Slope {
-            height_m: 15.0,
-            angle_rad: std::f64::consts::FRAC_PI_4,
-            crest_width_m: 19.4,
+            surface: Surface::Uniform {
+                height_m: 15.0,
+                angle_rad: std::f64::consts::FRAC_PI_4,
+                crest_width_m: 19.4,
+            },
             foundation_depth_m: 0.0,
             runout_plain_m: 45.0,
+            base: Contact::Fixed,
         },
+        obstacles: Vec::new(),
         mesh: Mesh { cell_size_m: 0.4, points_per_cell_side: 2 },
         soil: Soil {
             youngs_modulus_pa: 100e6,
@@ -76,13 +81,16 @@ fn spec(formulation: Formulation) -> Spec {
             unit_weight_n_m3: Some(20e3),
             dilation_angle_rad: 0.0,
             tension_cutoff_pa: None,
+            softening: None,
             porosity: 0.3,
             permeability_m_s: 1e-4,
         },
+        layers: Vec::new(),
         water: Water {
             density_kg_m3: 1000.0,
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::None,
+            free_water_level_m: None,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 100e3,
         },
@@ -97,6 +105,7 @@ fn spec(formulation: Formulation) -> Spec {
             local_damping: 0.0,
             damping_rate_per_s: 0.0,
             point_domain: PointDomain::Uniform,
+            initial_stress: InitialStress::Gravity,
             gravity_stage_damping: 0.7,
             gravity_stage_s: 1.5,
             duration_s: 3.0,

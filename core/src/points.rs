@@ -29,8 +29,8 @@ impl Points {
 
 /// About how many points a slope needs: the area of its extent over that of a point. An upper bound.
 pub fn upper_bound(slope: &Slope, mesh: &Mesh) -> f64 {
-    let width = -slope::crest_edge_x(slope) + slope.crest_width_m + slope.runout_plain_m;
-    let area = width * (slope.height_m + slope.foundation_depth_m);
+    let width = -slope::rear_x(slope) + slope.runout_plain_m;
+    let area = width * (slope::highest_ground_y(slope) + slope.foundation_depth_m);
     area / (mesh.point_spacing_m() * mesh.point_spacing_m())
 }
 
@@ -60,21 +60,31 @@ pub fn fill(slope: &Slope, mesh: &Mesh) -> Points {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slope::tests::{PAPER, surveyed, uniform};
+
+    const MESH: Mesh = Mesh { cell_size_m: 0.4, points_per_cell_side: 2 };
 
     /// Crest block 19.4 m, face at 45 degrees, height 15 m, 0.2 m points: 75 rows, row k of 172 - k points.
     #[test]
     fn a_fifteen_metre_slope_at_point_two_metres_has_10125_points() {
-        let slope = Slope {
-            height_m: 15.0,
-            angle_rad: std::f64::consts::FRAC_PI_4,
-            crest_width_m: 19.4,
-            foundation_depth_m: 0.0,
-            runout_plain_m: 20.0,
-        };
-        let mesh = Mesh { cell_size_m: 0.4, points_per_cell_side: 2 };
-        assert_eq!(fill(&slope, &mesh).len(), 10_125);
-        assert!(upper_bound(&slope, &mesh) >= 10_125.0);
-        let deep = Slope { foundation_depth_m: 5.2, ..slope };
-        assert_eq!(fill(&deep, &mesh).len(), 10_125 + 26 * (172 + 100));
+        assert_eq!(fill(&PAPER, &MESH).len(), 10_125);
+        assert!(upper_bound(&PAPER, &MESH) >= 10_125.0);
+        let deep = Slope { foundation_depth_m: 5.2, ..PAPER };
+        assert_eq!(fill(&deep, &MESH).len(), 10_125 + 26 * (172 + 100));
+    }
+
+    /// As a uniform slope and as its own section, ends cut, a steep face and a vertical one.
+    #[test]
+    fn a_profile_of_a_uniform_slope_has_its_points() {
+        for angle_deg in [45.0f64, 26.565, 71.0, 90.0] {
+            let slope = uniform(15.0, angle_deg.to_radians(), 19.4, 20.0);
+            let slope = Slope { foundation_depth_m: 2.0, ..slope };
+            let edge = slope::crest_edge_x(&slope);
+            let section = [[edge - 19.4, 15.0], [edge, 15.0], [0.0, 0.0], [12.0, 0.0]];
+            let profile = surveyed(&section, edge, 2.0, 20.0);
+            assert_eq!(slope::grid(&profile, &MESH), slope::grid(&slope, &MESH), "{angle_deg} degrees");
+            assert_eq!(fill(&profile, &MESH), fill(&slope, &MESH), "{angle_deg} degrees");
+            assert!((upper_bound(&profile, &MESH) / upper_bound(&slope, &MESH) - 1.0).abs() < 1e-12);
+        }
     }
 }

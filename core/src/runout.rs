@@ -5,13 +5,17 @@
 //!
 //! * Maximum displacement: the largest |u| (what the paper calls runout distance).
 //! * 99.9 % quantile: of |u| over the points, linear between order statistics (Hyndman & Fan 1996, type 7).
-//! * Toe advance: front of the contiguous material that started above toe level, less the initial toe (x = 0).
-//!   Contiguous are the points above toe level in occupied grid cells that are joined through cell sides to the slope's
-//!   own body; sprayed points are not, and a foundation that heaves in front of the toe does not advance it.
+//! * Toe advance: front of the contiguous material that started above the reference level, less the initial toe
+//!   (x = 0). The reference level is toe level behind the toe and the original ground in front of it, so that the
+//!   material's heights above it are those above the ground that it slides on, level or not. Contiguous are the points
+//!   above the reference level in occupied cells (of the grid, moved up or down with that level) that are joined
+//!   through cell sides to the slope's own body; sprayed points are not, and a foundation that heaves in front of the
+//!   toe does not advance it.
 //! * Crest retreat: largest distance behind the crest edge at which a point of the original ground surface moved
 //!   more than the threshold.
 //! * Moved area: present volume of the points with |u| above the threshold.
-//! * Deposit height at the toe: top of the contiguous material in the first cell column in front of the toe.
+//! * Deposit height at the toe: top of the contiguous material in the first cell column in front of the toe, above the
+//!   reference level.
 
 use crate::campaign::{Mesh, Slope};
 use crate::gimp::Grid;
@@ -51,14 +55,19 @@ pub fn measure(
     sorted.sort_by(f64::total_cmp);
     let half = 0.5 * mesh.point_spacing_m();
     let edge = slope::crest_edge_x(slope);
-    let surface = slope.height_m - mesh.point_spacing_m();
+    // Ground points are those whose centre is less than a spacing below the ground.
+    let surface = |x: f64| slope::ground_surface_y(slope, x) - mesh.point_spacing_m();
+    let above = |x: &[f64], y: &[f64]| -> Vec<f64> {
+        x.iter().zip(y).map(|(&x, &y)| y - slope::reference_y(slope, x)).collect()
+    };
+    let (height0, height) = (above(moved.x0, moved.y0), above(moved.x, moved.y));
 
-    let contiguous = contiguous(moved, &slope::grid(slope, mesh));
+    let contiguous = contiguous(moved.x, &height, &slope::grid(slope, mesh));
     let joined = || (0..moved.x.len()).filter(|&i| contiguous[i]);
-    let front = joined().filter(|&i| moved.y0[i] >= 0.0).map(|i| moved.x[i] + half).fold(0.0, f64::max);
-    let height = joined()
+    let front = joined().filter(|&i| height0[i] >= 0.0).map(|i| moved.x[i] + half).fold(0.0, f64::max);
+    let at_toe = joined()
         .filter(|&i| moved.x[i] >= 0.0 && moved.x[i] < mesh.cell_size_m)
-        .map(|i| moved.y[i] + half)
+        .map(|i| height[i] + half)
         .fold(0.0, f64::max);
     let gone = || (0..moved.x.len()).filter(|&i| displacement[i] > threshold_m);
     Measures {
@@ -66,11 +75,11 @@ pub fn measure(
         displacement_q999_m: quantile(&sorted, 0.999),
         toe_advance_m: front,
         crest_retreat_m: gone()
-            .filter(|&i| moved.y0[i] > surface && moved.x0[i] < edge)
+            .filter(|&i| moved.x0[i] < edge && moved.y0[i] > surface(moved.x0[i]))
             .map(|i| edge - moved.x0[i] + half)
             .fold(0.0, f64::max),
         moved_area_m2: gone().map(|i| moved.volume[i]).sum(),
-        deposit_height_at_toe_m: height,
+        deposit_height_at_toe_m: at_toe,
         time_to_rest_s,
     }
 }
@@ -86,13 +95,12 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// Which points above toe level lie in cells joined through their sides to the slope's body: to the occupied cells
-/// behind the toe in the row of cells above toe level.
-fn contiguous(moved: &Moved<'_>, grid: &Grid) -> Vec<bool> {
+/// Which points above the reference level lie in cells joined through their sides to the slope's body: to the occupied
+/// cells behind the toe in the row of cells above toe level. `height`: of the points, above the reference level.
+fn contiguous(x: &[f64], height: &[f64], grid: &Grid) -> Vec<bool> {
     let [nx, ny] = grid.nodes;
-    let cells: Vec<Option<usize>> = (0..moved.x.len())
-        .map(|i| (moved.y[i] >= 0.0).then(|| grid.cell_of(moved.x[i], moved.y[i])))
-        .collect();
+    let cells: Vec<Option<usize>> =
+        x.iter().zip(height).map(|(&x, &y)| (y >= 0.0).then(|| grid.cell_of(x, y))).collect();
     let mut occupied = vec![false; nx * ny];
     cells.iter().flatten().for_each(|&cell| occupied[cell] = true);
 
@@ -124,25 +132,24 @@ fn contiguous(moved: &Moved<'_>, grid: &Grid) -> Vec<bool> {
 mod tests {
     use super::*;
     use crate::points;
+    use crate::slope::tests::{surveyed, uniform};
 
-    const SLOPE: Slope = Slope {
-        height_m: 4.0,
-        angle_rad: std::f64::consts::FRAC_PI_4,
-        crest_width_m: 4.0,
-        foundation_depth_m: 0.0,
-        runout_plain_m: 8.0,
-    };
+    const SLOPE: Slope = uniform(4.0, std::f64::consts::FRAC_PI_4, 4.0, 8.0);
     const MESH: Mesh = Mesh { cell_size_m: 1.0, points_per_cell_side: 2 };
 
     fn measured(change: impl Fn(usize, &mut f64, &mut f64)) -> Measures {
-        let points = points::fill(&SLOPE, &MESH);
+        measured_on(&SLOPE, change)
+    }
+
+    fn measured_on(slope: &Slope, change: impl Fn(usize, &mut f64, &mut f64)) -> Measures {
+        let points = points::fill(slope, &MESH);
         let (mut x, mut y) = (points.x.clone(), points.y.clone());
         for i in 0..x.len() {
             change(i, &mut x[i], &mut y[i]);
         }
         let volume = vec![0.25; x.len()];
         let moved = Moved { x0: &points.x, y0: &points.y, x: &x, y: &y, volume: &volume };
-        measure(&moved, &SLOPE, &MESH, 0.1, Some(1.0))
+        measure(&moved, slope, &MESH, 0.1, Some(1.0))
     }
 
     #[test]
@@ -168,6 +175,45 @@ mod tests {
         assert_eq!(m.max_displacement_m, 14.0);
         assert_eq!(m.toe_advance_m, 0.0);
         assert_eq!(m.moved_area_m2, 0.25);
+    }
+
+    /// A slope whose ground in front of the toe falls by 2 m in 8 m and whose crest falls towards the edge.
+    fn falling() -> Slope {
+        surveyed(&[[-8.0, 5.0], [-4.0, 4.0], [0.0, 0.0], [8.0, -2.0]], -4.0, 3.0, 12.0)
+    }
+
+    #[test]
+    fn ground_in_front_of_the_toe_is_no_front_wherever_it_lies() {
+        let rising = surveyed(&[[-8.0, 4.0], [-4.0, 4.0], [0.0, 0.0], [8.0, 2.0]], -4.0, 3.0, 12.0);
+        for slope in [falling(), rising] {
+            let m = measured_on(&slope, |_, _, _| {});
+            assert_eq!(
+                [m.toe_advance_m, m.crest_retreat_m, m.deposit_height_at_toe_m],
+                [0.0; 3],
+                "{slope:?}"
+            );
+            // Heave of the ground in front is no front either.
+            let m = measured_on(&slope, |_, x, y| *y += if *x > 0.0 { 0.4 } else { 0.0 });
+            assert_eq!(m.toe_advance_m, 0.0, "{slope:?}");
+        }
+    }
+
+    /// Everything above toe level moved 6 m ahead and laid on the falling ground, 1.5 m below toe level at its front: it
+    /// counts, although the cells at toe level there are empty.
+    #[test]
+    fn a_slide_down_falling_ground_is_contiguous_along_it() {
+        let slope = falling();
+        let slid = |_: usize, x: &mut f64, y: &mut f64| {
+            if *x < 0.0 && *y >= 0.0 {
+                *x += 6.0;
+                // On the ground: as high above it as it was above toe level.
+                *y += slope::reference_y(&slope, *x);
+            }
+        };
+        let m = measured_on(&slope, slid);
+        // The lowest row's front was at the toe.
+        assert!((m.toe_advance_m - 6.0).abs() < 1e-12, "{m:?}");
+        assert!((m.crest_retreat_m - 4.0).abs() < 1e-12, "{m:?}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use runout_core::campaign::{self, CampaignError, MarginalChoice, StopRule};
 use runout_core::site::Property;
+use runout_core::slope;
 
 const ELKHORN: &str = include_str!("../../campaigns/elkhorn-river/campaign.toml");
 const SHIPPED: [(&str, &str); 5] = [
@@ -30,7 +31,7 @@ fn units_become_si_in_one_place() {
     assert_eq!(campaign.model.soil.youngs_modulus_pa, 100e6);
     assert_eq!(campaign.model.soil.unit_weight_n_m3, Some(20e3));
     assert_eq!(campaign.model.water.bulk_modulus_pa, 400e6);
-    assert_eq!(campaign.model.slope.angle_rad, std::f64::consts::FRAC_PI_4);
+    assert_eq!(slope::mean_angle_rad(&campaign.model.slope), std::f64::consts::FRAC_PI_4);
     assert!(matches!(campaign.stop.rule, StopRule::Interval { confidence: 0.95, .. }));
 }
 
@@ -87,8 +88,8 @@ fn values_out_of_range_name_key_value_and_range() {
         (
             "initial_pore_pressure = \"none\"",
             "initial_pore_pressure = \"hydrostatic\"",
-            "water.water_table = (absent) is not allowed; \"hydrostatic\" needs \"ground-surface\" or an elevation \
-             above the toe, m",
+            "water.water_table = (absent) is not allowed; \"hydrostatic\" needs \"ground-surface\", an elevation \
+             in m, or a line [[x, y], ...]",
         ),
     ] {
         assert_eq!(fault(from, to), message);

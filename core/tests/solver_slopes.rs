@@ -2,8 +2,9 @@
 //! analysis.
 
 use runout_core::campaign::{
-    Analysis, Autocorrelation, Field, Formulation, GroundSurface, InitialPorePressure, Mesh, Model,
-    PointDomain, RunoutMeasure, Sample, Slope, Soil, VelocityFilter, VolumetricStrain, Water, WaterTable,
+    Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
+    InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
+    VolumetricStrain, Water, WaterTable,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -23,12 +24,16 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             rotation_rad: 0.0,
         },
         slope: Slope {
-            height_m,
-            angle_rad: std::f64::consts::FRAC_PI_4,
-            crest_width_m: 1.3 * height_m,
+            surface: Surface::Uniform {
+                height_m,
+                angle_rad: std::f64::consts::FRAC_PI_4,
+                crest_width_m: 1.3 * height_m,
+            },
             foundation_depth_m: 0.0,
             runout_plain_m: 2.0 * height_m,
+            base: Contact::Fixed,
         },
+        obstacles: Vec::new(),
         mesh: Mesh { cell_size_m, points_per_cell_side: 2 },
         soil: Soil {
             youngs_modulus_pa: 100e6,
@@ -38,13 +43,16 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             unit_weight_n_m3: Some(20e3),
             dilation_angle_rad: 0.0,
             tension_cutoff_pa: None,
+            softening: None,
             porosity: 0.3,
             permeability_m_s: 1e-4,
         },
+        layers: Vec::new(),
         water: Water {
             density_kg_m3: 1000.0,
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::None,
+            free_water_level_m: None,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 100e3,
         },
@@ -59,6 +67,7 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             local_damping: 0.0,
             damping_rate_per_s: 0.0,
             point_domain: PointDomain::Uniform,
+            initial_stress: InitialStress::Gravity,
             gravity_stage_damping: 0.7,
             gravity_stage_s: 1.5,
             duration_s: 10.0,
@@ -101,7 +110,8 @@ fn family_member(factor: &str) -> Outcome {
     let reference: serde_json::Value = serde_json::from_str(include_str!("data/physics.json")).unwrap();
     let pair = &reference["fs_family_H15_beta45_gamma20"]["20"][factor];
     let mut model = model(15.0, 0.4, pair[0].as_f64().unwrap(), pair[1].as_f64().unwrap());
-    model.slope.crest_width_m = 19.4;
+    model.slope.surface =
+        Surface::Uniform { height_m: 15.0, angle_rad: std::f64::consts::FRAC_PI_4, crest_width_m: 19.4 };
     run(homogeneous(model), Kernel::best())
 }
 

@@ -212,7 +212,7 @@ fn what_must_not_start_does_not() {
     drop(_other);
     refused(
         &["serve", "other.toml", "--out", "second", "--listen", "127.0.0.1:0"],
-        "model.slope.height_m: 15.0 -> 14.0",
+        "model.slope.surface.uniform.height_m: 15.0 -> 14.0",
     );
     // A directory that holds something else.
     std::fs::create_dir(cluster.path("full")).unwrap();

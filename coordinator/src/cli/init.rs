@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 static ELKHORN_RIVER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/elkhorn-river");
 static SALT_CREEK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/salt-creek");
+static LAYERED_SLOPE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/layered-slope");
 static QUICK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/quick");
 
 /// `runout init DIR [--example NAME]`
@@ -25,6 +26,8 @@ enum Example {
     ElkhornRiver,
     /// Cohesion, friction angle and unit weight of 42 tests (three random properties)
     SaltCreek,
+    /// A surveyed section of two layers with a water table and a wall (given distributions)
+    LayeredSlope,
     /// The Elkhorn River data on a coarse slope: a campaign in about two minutes
     Quick,
 }
@@ -34,6 +37,7 @@ impl Example {
         match self {
             Example::ElkhornRiver => &ELKHORN_RIVER,
             Example::SaltCreek => &SALT_CREEK,
+            Example::LayeredSlope => &LAYERED_SLOPE,
             Example::Quick => &QUICK,
         }
     }

@@ -14,6 +14,7 @@ mod run_records;
 pub mod serve;
 mod simulate;
 pub mod status;
+mod validate;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
@@ -82,6 +83,8 @@ pub enum Command {
     Report(report::ReportArguments),
     /// Re-run one stored realisation from its seed and check that the bits are the same
     Replay(replay::ReplayArguments),
+    /// Run the validation suite: closed-form solutions and benchmarks against this machine's solver
+    Validate(validate::ValidateArguments),
 }
 
 /// A command that cannot do what was asked; the message is made for the user.
@@ -144,6 +147,7 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
+        Command::Validate(arguments) => return validate::validate(&arguments),
     };
     done.map(|()| DONE)
 }

@@ -23,8 +23,12 @@ impl RunRecords {
     /// Reads `dir`, whether or not a coordinator works on it.
     pub(super) fn read(dir: &Path) -> Result<RunRecords, Failure> {
         let view = run_directory::read(dir).map_err(|e| Failure::Input(e.to_string()))?;
-        let loaded =
-            load::load_texts(&dir.join("campaign.toml"), view.campaign_text.clone(), view.site_text.clone())?;
+        let loaded = load::load_texts(
+            &dir.join("campaign.toml"),
+            view.campaign_text.clone(),
+            view.site_text.clone(),
+            view.profile_text.clone(),
+        )?;
         if loaded.spec.digest() != view.spec.digest() {
             warn!(
                 "{}: campaign.toml and site.csv no longer freeze to the directory's spec; its outcomes belong to the spec",

@@ -8,6 +8,7 @@ use crate::table::significant;
 use runout_core::campaign::RunoutMeasure;
 use runout_core::estimate::interval::Interval;
 use runout_core::estimate::{Decision, Estimate};
+use runout_core::slope;
 use std::fmt::Write as _;
 
 /// A distance with fewer samples beyond it rests more on the fitted family than on the samples: five hits have a
@@ -28,8 +29,8 @@ pub(super) fn answer(material: &Material<'_>, analysis: &Analysis) -> String {
     html.push_str(&paragraph(format!(
         "<b>Asked:</b> how far does this slope, {} m high at {}\u{b0}, run when it fails, if its soil varies as {tests} \
          say?",
-        significant(slope.height_m, 4),
-        significant(slope.angle_rad.to_degrees(), 4),
+        significant(slope::height_m(slope), 4),
+        significant(slope::mean_angle_rad(slope).to_degrees(), 4),
     )));
     html.push_str(&paragraph(format!("<b>Answer:</b> {}", answer_in_words(analysis))));
     if let Some(words) = unconditional_in_words(analysis) {

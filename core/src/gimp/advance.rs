@@ -45,6 +45,8 @@ pub(super) struct Step {
     pub(super) filter_twice: bool,
     /// Whether stresses see the cell's mean volumetric strain.
     pub(super) average_strain: bool,
+    /// Half the side of a point's domain at the start, in cells.
+    pub(super) half_length: f64,
     /// Whether the points' domains follow their stretch.
     pub(super) stretch: bool,
     /// Whether some point's strength softens.
@@ -53,6 +55,13 @@ pub(super) struct Step {
     pub(super) averaging: Averaging,
     pub(super) loads: Option<Loads>,
     pub(super) water: PoreWater,
+}
+
+impl Step {
+    /// Whether the step needs more than the plain scheme: what is compiled into its second form only.
+    pub(super) fn extras(&self) -> bool {
+        self.filter_twice || self.stretch || self.soften || self.loads.is_some()
+    }
 }
 
 /// What a step tells.
@@ -76,32 +85,36 @@ pub(super) struct StepReport {
 
 /// Carries the arena through one step.
 #[inline(always)]
-pub(super) fn advance<S: Lanes, const TWO: bool>(arena: &mut Arena, step: &Step) -> StepReport {
+pub(super) fn advance<S: Lanes, const TWO: bool, const EXTRA: bool>(
+    arena: &mut Arena,
+    step: &Step,
+) -> StepReport {
     let Arena { grid, blocks, live_in_last, nodes, scattered } = arena;
-    let lanes = GridLanes::<S>::new(grid);
+    let lanes = GridLanes::<S>::new(grid, step.half_length);
     let stride = grid.nodes[0];
     let water_density = S::splat(step.balance.water_density);
     let dt = S::splat(step.dt);
     let zero = S::splat(0.0);
-    let loads = step.loads.as_ref();
+    let loads = step.loads.as_ref().filter(|_| EXTRA);
 
     if !*scattered {
         for block in blocks.iter() {
-            scatter::scatter::<S, TWO>(&lanes, stride, water_density, loads, block, nodes);
+            scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, water_density, loads, block, nodes);
         }
     }
-    let node_work = momentum::accelerate::<TWO>(nodes, &step.balance, step.dt);
+    let node_work = momentum::accelerate::<TWO, EXTRA>(nodes, &step.balance, step.dt);
 
-    if step.filter_twice {
+    let filter_twice = EXTRA && step.filter_twice;
+    if filter_twice {
         for block in blocks.iter() {
             gather::scatter_filtered::<S, TWO>(&lanes, stride, water_density, block, nodes);
         }
         momentum::filtered_velocities::<TWO>(nodes, &step.balance);
     }
-    let blend = Blend { dt, pic: S::splat(step.pic), twice: step.filter_twice, water_density };
+    let blend = Blend { dt, pic: S::splat(step.pic), twice: filter_twice, water_density };
     let mut motion = Motion { double_energy: zero, double_loss: zero, fastest: zero };
     for block in blocks.iter_mut() {
-        gather::gather_and_scatter_again::<S, TWO>(&lanes, stride, &blend, block, nodes, &mut motion);
+        gather::gather_and_scatter_again::<S, TWO, EXTRA>(&lanes, stride, &blend, block, nodes, &mut motion);
     }
     if let Some(last) = blocks.last_mut() {
         rest_padding(last, *live_in_last);
@@ -110,7 +123,7 @@ pub(super) fn advance<S: Lanes, const TWO: bool>(arena: &mut Arena, step: &Step)
 
     let average = (step.average_strain || (TWO && step.water.relaxation > 0.0)).then_some(&step.averaging);
     for block in blocks.iter_mut() {
-        strain::gradients::<S, TWO>(&lanes, stride, dt, average, block, nodes);
+        strain::gradients::<S, TWO, EXTRA>(&lanes, stride, dt, average, block, nodes);
     }
     if average.is_some() {
         strain::average_cells(nodes);
@@ -118,8 +131,8 @@ pub(super) fn advance<S: Lanes, const TWO: bool>(arena: &mut Arena, step: &Step)
 
     let mut tally = Tally { outside: zero, stress_work: zero, water_work: zero };
     for block in blocks.iter_mut() {
-        update::update::<S, TWO>(&lanes, step, average, block, &nodes.cells, &mut tally);
-        scatter::scatter::<S, TWO>(&lanes, stride, water_density, loads, block, nodes);
+        update::update::<S, TWO, EXTRA>(&lanes, step, average, block, &nodes.cells, &mut tally);
+        scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, water_density, loads, block, nodes);
     }
     *scattered = true;
     report(motion, tally, node_work)

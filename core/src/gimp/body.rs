@@ -292,6 +292,7 @@ impl Body {
             pic: share(controls.pic_rate_per_s),
             filter_twice: controls.velocity_filter == VelocityFilter::Xpic,
             average_strain: controls.volumetric_strain == VolumetricStrain::CellAverage,
+            half_length: 0.5 / f64::from(self.setup.points_per_cell_side),
             stretch: controls.point_domain == PointDomain::Stretched,
             soften: self.soften,
             balance: Balance {

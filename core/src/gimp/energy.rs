@@ -33,17 +33,14 @@ pub struct Energy {
     pub damping_j: f64,
     /// What is missing in the balance: energy lost (positive) or made (negative) by the scheme.
     pub drift_j: f64,
+    /// Energy that there was to turn over: kinetic, elastic and pore water energy at the start, and outer work.
+    pub available_j: f64,
 }
 
 impl Energy {
-    /// Drift over the energy that was set free: outer work and released kinetic, elastic and pore water energy; 0 if
-    /// none was.
+    /// Drift over the energy that there was to turn over; 0 if there was none.
     pub fn drift(&self) -> f64 {
-        let released = self.outer_work_j.max(0.0)
-            + (-self.kinetic_j).max(0.0)
-            + (-self.elastic_j).max(0.0)
-            + (-self.pore_water_j).max(0.0);
-        if released > 0.0 { self.drift_j / released } else { 0.0 }
+        if self.available_j > 0.0 { self.drift_j / self.available_j } else { 0.0 }
     }
 }
 
@@ -93,6 +90,7 @@ impl Ledger {
             contact_j: self.contact,
             damping_j: self.damping + (self.water - pore_water_j),
             drift_j: self.outer - kinetic_j - taken,
+            available_j: start.kinetic + start.elastic + start.pore_water + self.outer.max(0.0),
         }
     }
 }
@@ -104,8 +102,8 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
     let load = |v: &V8| Baseline::load(v);
     for (i, block) in arena.blocks.iter().enumerate() {
         let porosity = lanes_of(water::porosity(load(&block.volume), load(&block.grains)));
-        let last = i + 1 == arena.blocks.len();
-        for q in 0..if last { arena.live_in_last } else { 8 } {
+        let live = if i + 1 == arena.blocks.len() { arena.live_in_last } else { 8 };
+        for (q, &porosity) in porosity[..live].iter().enumerate() {
             let at = |v: &V8| v.0[q];
             let volume = at(&block.volume);
             sum.kinetic +=
@@ -118,7 +116,7 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
             if two {
                 let water = (volume - at(&block.grains)) * fluid.density_kg_m3;
                 sum.kinetic += 0.5 * water * (at(&block.wx) * at(&block.wx) + at(&block.wy) * at(&block.wy));
-                sum.pore_water += 0.5 * volume * porosity[q] * at(&block.pressure) * at(&block.pressure)
+                sum.pore_water += 0.5 * volume * porosity * at(&block.pressure) * at(&block.pressure)
                     / fluid.bulk_modulus_pa;
             }
         }

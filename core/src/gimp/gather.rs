@@ -44,20 +44,27 @@ pub(super) fn scatter_filtered<S: Lanes, const TWO: bool>(
     nodes: &mut Nodes,
 ) {
     let mut shape = Shape::empty();
-    shape::values(grid, block, &mut shape);
+    shape::values::<S, true>(grid, block, &mut shape);
     let rows = S::transpose(collect(&shape, stride, &nodes.rates));
     let zero = S::splat(0.0);
     let mass = S::load(&block.mass);
     let water = if TWO { water_mass(block, water_density) } else { zero };
-    let before = |i: usize| rows[4 + i] - rows[i];
-    let momenta =
-        [mass * before(0), mass * before(1), water * before(2), water * before(3), zero, zero, zero, zero];
+    let momenta = [
+        mass * (rows[4] - rows[0]),
+        mass * (rows[5] - rows[1]),
+        water * (rows[6] - rows[2]),
+        water * (rows[7] - rows[3]),
+        zero,
+        zero,
+        zero,
+        zero,
+    ];
     add_values(&S::transpose(momenta), &shape, stride, &mut nodes.filtered);
 }
 
 /// Updates the velocities of eight points, notes their moves, and adds their new momenta to the nodes.
 #[inline(always)]
-pub(super) fn gather_and_scatter_again<S: Lanes, const TWO: bool>(
+pub(super) fn gather_and_scatter_again<S: Lanes, const TWO: bool, const EXTRA: bool>(
     grid: &GridLanes<S>,
     stride: usize,
     blend: &Blend<S>,
@@ -66,11 +73,15 @@ pub(super) fn gather_and_scatter_again<S: Lanes, const TWO: bool>(
     motion: &mut Motion<S>,
 ) {
     let mut shape = Shape::empty();
-    shape::values(grid, block, &mut shape);
+    shape::values::<S, EXTRA>(grid, block, &mut shape);
     let rows = S::transpose(collect(&shape, stride, &nodes.rates));
-    let filtered = blend.twice.then(|| S::transpose(collect(&shape, stride, &nodes.filtered)));
+    let filtered = if EXTRA && blend.twice {
+        Some(S::transpose(collect(&shape, stride, &nodes.filtered)))
+    } else {
+        None
+    };
     let zero = S::splat(0.0);
-    let old = [&block.vx, &block.vy, &block.wx, &block.wy].map(|v| S::load(v));
+    let old = [S::load(&block.vx), S::load(&block.vy), S::load(&block.wx), S::load(&block.wy)];
     let (new, lost) = blend_velocities::<S, TWO>(blend, &old, &rows, filtered.as_ref());
 
     new[0].store(&mut block.vx);

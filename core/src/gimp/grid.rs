@@ -59,17 +59,20 @@ pub(super) struct GridLanes<S> {
     pub(super) last_nearest: [S; 2],
     /// Side of a cell, m.
     pub(super) cell: S,
+    /// Half the side of a point's domain at the start, in cells.
+    pub(super) half_length: S,
 }
 
 impl<S: Lanes> GridLanes<S> {
     #[inline(always)]
-    pub(super) fn new(grid: &Grid) -> Self {
+    pub(super) fn new(grid: &Grid, half_length: f64) -> Self {
         GridLanes {
             origin: [S::splat(grid.origin_m[0]), S::splat(grid.origin_m[1])],
             inverse_cell: S::splat(1.0 / grid.cell_m),
             stride: S::splat(grid.nodes[0] as f64),
             last_nearest: [S::splat((grid.nodes[0] - 2) as f64), S::splat((grid.nodes[1] - 2) as f64)],
             cell: S::splat(grid.cell_m),
+            half_length: S::splat(half_length),
         }
     }
 
@@ -90,13 +93,14 @@ impl<S: Lanes> GridLanes<S> {
     #[inline(always)]
     fn corners(&self, coordinates: [S; 2]) -> [S; 2] {
         let zero = S::splat(0.0);
-        [0, 1].map(|a| coordinates[a].max(zero).min(self.last_nearest[a]).floor())
+        let [x, y] = coordinates;
+        [x.max(zero).min(self.last_nearest[0]).floor(), y.max(zero).min(self.last_nearest[1]).floor()]
     }
 
     /// Positions of eight points from the middles of their cells, m.
     #[inline(always)]
-    pub(super) fn from_middles(&self, coordinates: [S; 2]) -> [S; 2] {
-        let corners = self.corners(coordinates);
-        [0, 1].map(|a| (coordinates[a] - corners[a] - S::splat(0.5)) * self.cell)
+    pub(super) fn offsets_in_cells(&self, coordinates: [S; 2]) -> [S; 2] {
+        let ([x, y], [i, j], half) = (coordinates, self.corners(coordinates), S::splat(0.5));
+        [(x - i - half) * self.cell, (y - j - half) * self.cell]
     }
 }

@@ -67,31 +67,40 @@ impl Kernel {
     }
 }
 
-/// Carries the arena through one step with `kernel`, which must come from [`Kernel::or_best`].
+/// Carries the arena through one step with `kernel`, which must come from [`Kernel::or_best`]. Each formulation is compiled
+/// without and with the step's extras, so that what an analysis does not use costs it nothing.
 pub(super) fn dispatch(kernel: Kernel, two: bool, arena: &mut Arena, step: &Step) -> StepReport {
-    match (kernel, two) {
+    match (two, step.extras()) {
+        (false, false) => dispatch_to::<false, false>(kernel, arena, step),
+        (false, true) => dispatch_to::<false, true>(kernel, arena, step),
+        (true, false) => dispatch_to::<true, false>(kernel, arena, step),
+        (true, true) => dispatch_to::<true, true>(kernel, arena, step),
+    }
+}
+
+fn dispatch_to<const TWO: bool, const EXTRA: bool>(
+    kernel: Kernel,
+    arena: &mut Arena,
+    step: &Step,
+) -> StepReport {
+    match kernel {
         // SAFETY: `or_best` has checked that the processor has the features.
         #[cfg(target_arch = "x86_64")]
-        (Kernel::Avx512, true) => unsafe { avx512::<true>(arena, step) },
+        Kernel::Avx512 => unsafe { avx512::<TWO, EXTRA>(arena, step) },
         #[cfg(target_arch = "x86_64")]
-        (Kernel::Avx512, false) => unsafe { avx512::<false>(arena, step) },
-        #[cfg(target_arch = "x86_64")]
-        (Kernel::Avx2, true) => unsafe { avx2::<true>(arena, step) },
-        #[cfg(target_arch = "x86_64")]
-        (Kernel::Avx2, false) => unsafe { avx2::<false>(arena, step) },
-        (_, true) => advance::<Baseline, true>(arena, step),
-        (_, false) => advance::<Baseline, false>(arena, step),
+        Kernel::Avx2 => unsafe { avx2::<TWO, EXTRA>(arena, step) },
+        _ => advance::<Baseline, TWO, EXTRA>(arena, step),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma,bmi2")]
-fn avx512<const TWO: bool>(arena: &mut Arena, step: &Step) -> StepReport {
-    advance::<Avx512, TWO>(arena, step)
+fn avx512<const TWO: bool, const EXTRA: bool>(arena: &mut Arena, step: &Step) -> StepReport {
+    advance::<Avx512, TWO, EXTRA>(arena, step)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn avx2<const TWO: bool>(arena: &mut Arena, step: &Step) -> StepReport {
-    advance::<Avx2, TWO>(arena, step)
+fn avx2<const TWO: bool, const EXTRA: bool>(arena: &mut Arena, step: &Step) -> StepReport {
+    advance::<Avx2, TWO, EXTRA>(arena, step)
 }

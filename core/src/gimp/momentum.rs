@@ -84,7 +84,11 @@ fn damp(change: f64, velocity: f64, balance: &Balance) -> f64 {
 
 /// Solves the balance at every node; leaves changes and new velocities in `rates`, and `velocities` zeroed.
 #[inline(always)]
-pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, dt: f64) -> NodeWork {
+pub(super) fn accelerate<const TWO: bool, const EXTRA: bool>(
+    nodes: &mut Nodes,
+    balance: &Balance,
+    dt: f64,
+) -> NodeWork {
     let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
     let mut work = NodeWork::default();
     let Nodes { sums, forces, rates, velocities, loads, free, full_volume, contact, spans, .. } = nodes;
@@ -98,7 +102,7 @@ pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, 
                 let node = Node {
                     sums: &sums[k].0,
                     forces: &forces[k].0,
-                    loads: loads.get(k).map(|row| &row.0),
+                    loads: loads.get(k).filter(|_| EXTRA).map(|row| &row.0),
                     free: &free[k],
                     contact: contact[k],
                     closed,
@@ -112,7 +116,7 @@ pub(super) fn accelerate<const TWO: bool>(nodes: &mut Nodes, balance: &Balance, 
             if TWO {
                 forces[k] = V8::ZERO;
             }
-            if let Some(row) = loads.get_mut(k) {
+            if let Some(row) = loads.get_mut(k).filter(|_| EXTRA) {
                 *row = V8::ZERO;
             }
         }
@@ -138,8 +142,9 @@ fn one_phase(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -
         work.damping += mass * (undamped - change) * mean;
     }
     if let Some(contact) = node.contact {
-        let normal = rates[4 + contact.axis] * contact.inward;
-        work.contact += touch(&mut rates, contact, -normal, mass, 0.0);
+        let push = -mass * rates[4 + contact.axis] * contact.inward;
+        work.contact +=
+            touch(&mut rates, contact, &Touching { mass: [mass, 0.0], push, answer: [inverse, 0.0] });
     }
     rates
 }
@@ -187,37 +192,70 @@ fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) 
     if let Some(contact) = node.contact {
         // Friction sees the effective stress: the wall's whole reaction less that of pore water in the whole volume.
         let [r_v, r_w] = arrived[contact.axis];
-        let push = (r_w * (1.0 - porosity) / porosity - r_v) * contact.inward * inverse_skeleton;
-        work.contact += touch(&mut rates, contact, push, skeleton, water);
+        let push = (r_w * (1.0 - porosity) / porosity - r_v) * contact.inward;
+        let answer = if node.closed {
+            [inverse_both, inverse_both]
+        } else {
+            [(water + drag) * inverse, drag * inverse]
+        };
+        work.contact += touch(&mut rates, contact, &Touching { mass: [skeleton, water], push, answer });
     }
     rates
 }
 
-/// Contact with a wall where the skeleton moves into it: the normal velocities are taken away, and of the skeleton's
-/// tangential one up to `push` times the coefficient (Coulomb; `push` is the effective reaction's impulse over the
-/// skeleton's mass). Skeleton that moves off is free; water never passes. Returns the energy this takes.
+/// What a node's masses do in contact with a wall.
+struct Touching {
+    /// Masses of skeleton and water.
+    mass: [f64; 2],
+    /// Impulse of the wall's effective reaction.
+    push: f64,
+    /// Change of the velocities of skeleton and water by an impulse on the skeleton, drag included.
+    answer: [f64; 2],
+}
+
+/// Contact with a wall where the skeleton moves into it: the normal velocities are taken away, and Coulomb friction
+/// acts on the skeleton, up to what stops it. Skeleton that moves off is free; water never passes. Returns the energy
+/// this takes.
+///
+/// What arrives with a normal velocity loses its kinetic energy (a quarter in the impact of an elastic block); the work of
+/// the stresses on it does not count, since the strains see a wall at rest.
 #[inline(always)]
-fn touch(rates: &mut [f64; 8], contact: Contact, push: f64, skeleton: f64, water: f64) -> f64 {
+fn touch(rates: &mut [f64; 8], contact: Contact, touching: &Touching) -> f64 {
     let (normal, tangential) = (contact.axis, 1 - contact.axis);
-    let before = *rates;
+    let mut taken = 0.0;
     if rates[4 + normal] * contact.inward < 0.0 {
         let sliding = rates[4 + tangential];
-        let kept = (sliding.abs() - contact.coefficient * push.max(0.0)).max(0.0);
-        let slowed = if sliding < 0.0 { -kept } else { kept };
-        rates[tangential] += slowed - sliding;
-        rates[normal] -= rates[4 + normal];
-        rates[4 + tangential] = slowed;
-        rates[4 + normal] = 0.0;
+        let least = contact.coefficient * touching.push.max(0.0);
+        let impulse = least.min(sliding.abs() / touching.answer[0]);
+        let impulse = if sliding < 0.0 { impulse } else { -impulse };
+        let stops = impulse.abs() < least;
+        for (phase, answer) in touching.answer.into_iter().enumerate() {
+            let i = 2 * phase + tangential;
+            let before = 2.0 * rates[4 + i] - rates[i];
+            let change = answer * impulse;
+            rates[i] += change;
+            rates[4 + i] += change;
+            // Mean of the velocities at the start and at the end, twice: (new - change of the step) + new.
+            taken -= 0.5 * touching.mass[phase] * change * (before + change);
+        }
+        if stops {
+            rates[4 + tangential] = 0.0;
+        }
+        taken += stop(rates, normal, touching.mass[0]);
     }
     if rates[6 + normal] * contact.inward < 0.0 {
-        rates[2 + normal] -= rates[6 + normal];
-        rates[6 + normal] = 0.0;
+        taken += stop(rates, 2 + normal, touching.mass[1]);
     }
-    let lost = |mass: f64, first: usize| {
-        let square = |r: &[f64; 8]| r[first] * r[first] + r[first + 1] * r[first + 1];
-        0.5 * mass * (square(&before) - square(rates))
-    };
-    lost(skeleton, 4) + lost(water, 6)
+    taken
+}
+
+/// Takes the velocity of component `i` away; returns the kinetic energy that arrived with it.
+#[inline(always)]
+fn stop(rates: &mut [f64; 8], i: usize, mass: f64) -> f64 {
+    let arriving = rates[4 + i] - rates[i];
+    rates[i] = -arriving;
+    rates[4 + i] = 0.0;
+    0.5 * mass * arriving * arriving
 }
 
 /// Turns the momenta of the filter's scatter into velocities; the masses are those of the first scatter.
@@ -272,12 +310,14 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
     }
 }
 
-/// Keeps the velocities of the second scatter out of a frictional wall; a node that sticks does so for the strains too.
+/// Keeps the velocities of the second scatter to what the contact decided: nothing moves into the wall, what touches it
+/// does not lift off either (its stress would not fall while it does, which makes energy), what sticks does not slide.
 #[inline(always)]
 fn hold_off(v: &mut [f64; 4], rates: &[f64; 8], contact: Contact) {
     let (normal, tangential) = (contact.axis, 1 - contact.axis);
     for phase in [0, 2] {
-        if v[phase + normal] * contact.inward < 0.0 {
+        let touches = rates[4 + phase + normal] == 0.0;
+        if touches || v[phase + normal] * contact.inward < 0.0 {
             v[phase + normal] = 0.0;
         }
     }

@@ -100,10 +100,11 @@ impl Nodes {
         };
         let [left, right] = obstacle.x_m.map(|x| place(0, x));
         let [bottom, top] = obstacle.y_m.map(|y| place(1, y));
-        for j in bottom..=top {
+        // An obstacle that stands on the base has no side below, and goes on behind the wall.
+        let stands = bottom <= 1;
+        for j in if stands { 0 } else { bottom }..=top {
             for i in left..=right {
-                // The bottom of an obstacle that stands on the base is no side.
-                let below = if bottom <= 1 { usize::MAX } else { j - bottom };
+                let below = if stands { usize::MAX } else { j - bottom };
                 let sides = [(i - left, 0, -1.0), (right - i, 0, 1.0), (top - j, 1, 1.0), (below, 1, -1.0)];
                 let nearest = sides.iter().map(|side| side.0).min().unwrap_or(0);
                 let mut near = sides.into_iter().filter(|side| side.0 == nearest);

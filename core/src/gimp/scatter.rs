@@ -12,7 +12,7 @@ use super::shape::{self, Shape};
 
 /// Adds the masses, momenta and internal forces of eight points to their nodes.
 #[inline(always)]
-pub(super) fn scatter<S: Lanes, const TWO: bool>(
+pub(super) fn scatter<S: Lanes, const TWO: bool, const EXTRA: bool>(
     grid: &GridLanes<S>,
     stride: usize,
     water_density: S,
@@ -21,7 +21,7 @@ pub(super) fn scatter<S: Lanes, const TWO: bool>(
     nodes: &mut Nodes,
 ) {
     let mut shape = Shape::empty();
-    shape::values_and_gradients(grid, block, &mut shape);
+    shape::values_and_gradients::<S, EXTRA>(grid, block, &mut shape);
     if let Some(loads) = loads {
         loads.scatter::<S, TWO>(grid, stride, block, &shape, nodes);
     }

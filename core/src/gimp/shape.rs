@@ -48,12 +48,19 @@ fn along<S: Lanes>(coordinate: S, last_nearest: S, l: S) -> (S, [S; 3], [S; 3]) 
     (nearest - one, [left, one - left - right, right], [slope_left, -(slope_left + slope_right), slope_right])
 }
 
+/// Half the sides of the domains of eight points, in cells: their own in the step with extras.
+#[inline(always)]
+fn half_lengths<S: Lanes, const EXTRA: bool>(grid: &GridLanes<S>, block: &Block) -> [S; 2] {
+    if EXTRA { [S::load(&block.half_x), S::load(&block.half_y)] } else { [grid.half_length; 2] }
+}
+
 /// Values of the shape functions of eight points.
 #[inline(always)]
-pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
+pub(super) fn values<S: Lanes, const EXTRA: bool>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
     let [cx, cy] = grid.coordinates(&block.x, &block.y);
-    let (i, sx, _) = along(cx, grid.last_nearest[0], S::load(&block.half_x));
-    let (j, sy, _) = along(cy, grid.last_nearest[1], S::load(&block.half_y));
+    let [lx, ly] = half_lengths::<S, EXTRA>(grid, block);
+    let (i, sx, _) = along(cx, grid.last_nearest[0], lx);
+    let (j, sy, _) = along(cy, grid.last_nearest[1], ly);
     shape.base = j.mul_add(grid.stride, i).indices();
     for (row, &sy) in sy.iter().enumerate() {
         for (column, &sx) in sx.iter().enumerate() {
@@ -64,10 +71,15 @@ pub(super) fn values<S: Lanes>(grid: &GridLanes<S>, block: &Block, shape: &mut S
 
 /// Values and gradients of the shape functions of eight points.
 #[inline(always)]
-pub(super) fn values_and_gradients<S: Lanes>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
+pub(super) fn values_and_gradients<S: Lanes, const EXTRA: bool>(
+    grid: &GridLanes<S>,
+    block: &Block,
+    shape: &mut Shape,
+) {
     let [cx, cy] = grid.coordinates(&block.x, &block.y);
-    let (i, sx, dx) = along(cx, grid.last_nearest[0], S::load(&block.half_x));
-    let (j, sy, dy) = along(cy, grid.last_nearest[1], S::load(&block.half_y));
+    let [lx, ly] = half_lengths::<S, EXTRA>(grid, block);
+    let (i, sx, dx) = along(cx, grid.last_nearest[0], lx);
+    let (j, sy, dy) = along(cy, grid.last_nearest[1], ly);
     shape.base = j.mul_add(grid.stride, i).indices();
     for (row, (&sy, &dy)) in sy.iter().zip(&dy).enumerate() {
         let dy = dy * grid.inverse_cell;
@@ -96,7 +108,7 @@ mod tests {
     fn partition_of_unity_and_linear_reproduction() {
         let grid = Grid::enclosing(0.0, 0.0, [20, 20], 0.5);
         for points_per_side in [2.0, 3.0, 4.0] {
-            let lanes = GridLanes::<Baseline>::new(&grid);
+            let lanes = GridLanes::<Baseline>::new(&grid, 0.25);
             for step in 0..200 {
                 let place = |k: usize| 0.1 + (0.618 * (8 * step + k) as f64).fract() * 9.8;
                 let mut block = block(0.5 / points_per_side, 0.5 / points_per_side);
@@ -107,7 +119,7 @@ mod tests {
                     block.half_x.0[q] = (block.half_x.0[q] * (0.4 + 0.3 * q as f64)).min(0.5);
                 }
                 let mut shape = Shape::empty();
-                values_and_gradients(&lanes, &block, &mut shape);
+                values_and_gradients::<Baseline, true>(&lanes, &block, &mut shape);
                 for q in 0..8 {
                     check(&grid, &shape, q, block.x.0[q], block.y.0[q]);
                 }
@@ -149,7 +161,7 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_definition() {
         let grid = Grid::enclosing(0.0, 0.0, [4, 4], 1.0);
-        let lanes = GridLanes::<Baseline>::new(&grid);
+        let lanes = GridLanes::<Baseline>::new(&grid, 0.25);
         let l = 0.25;
         let definition = |r: f64| {
             let r: f64 = r.abs();
@@ -168,7 +180,7 @@ mod tests {
             block.x = V8([1.0 + 0.017 * f64::from(step); 8]);
             block.y = V8([2.0; 8]);
             let mut shape = Shape::empty();
-            values(&lanes, &block, &mut shape);
+            values::<Baseline, true>(&lanes, &block, &mut shape);
             for column in 0..3 {
                 let node = (shape.base[0] + column) % grid.nodes[0];
                 let r = block.x.0[0] - (grid.origin_m[0] + node as f64);

@@ -22,16 +22,16 @@ impl Averaging {
     /// Pore pressure of eight points over that in the middle of their cells if the water is at rest, Pa. What differs
     /// between the points of a cell beyond that is what relaxation takes away: water at rest stays at rest.
     #[inline(always)]
-    pub(super) fn hydrostatic<S: Lanes>(&self, grid: &GridLanes<S>, block: &Block) -> S {
-        let [x, y] = grid.from_middles(grid.coordinates(&block.x, &block.y));
+    pub(super) fn hydrostatic<S: Lanes, const EXTRA: bool>(&self, grid: &GridLanes<S>, block: &Block) -> S {
+        let [x, y] = grid.offsets_in_cells(grid.coordinates(&block.x, &block.y));
         let rise = S::splat(self.water_weight[0]).mul_add(x, S::splat(self.water_weight[1]) * y);
-        if self.held_differs { rise * (S::splat(1.0) - S::load(&block.held)) } else { rise }
+        if EXTRA && self.held_differs { rise * (S::splat(1.0) - S::load(&block.held)) } else { rise }
     }
 }
 
 /// Displacement gradients of eight points in this step; adds their volumetric parts to the cells if `average`.
 #[inline(always)]
-pub(super) fn gradients<S: Lanes, const TWO: bool>(
+pub(super) fn gradients<S: Lanes, const TWO: bool, const EXTRA: bool>(
     grid: &GridLanes<S>,
     stride: usize,
     dt: S,
@@ -40,7 +40,7 @@ pub(super) fn gradients<S: Lanes, const TWO: bool>(
     nodes: &mut Nodes,
 ) {
     let mut shape = Shape::empty();
-    shape::values_and_gradients(grid, block, &mut shape);
+    shape::values_and_gradients::<S, EXTRA>(grid, block, &mut shape);
     let rows = collect_gradients(&shape, stride, &nodes.velocities);
     let [vx_x, vy_x, wx_x, _, vx_y, vy_y, _, wy_y] = S::transpose(rows);
     let (xx, yy) = (vx_x * dt, vy_y * dt);
@@ -56,8 +56,11 @@ pub(super) fn gradients<S: Lanes, const TWO: bool>(
     }
     if let Some(averaging) = average {
         let volume = S::load(&block.volume);
-        let pressure =
-            if TWO { volume * (S::load(&block.pressure) - averaging.hydrostatic(grid, block)) } else { zero };
+        let pressure = if TWO {
+            volume * (S::load(&block.pressure) - averaging.hydrostatic::<S, EXTRA>(grid, block))
+        } else {
+            zero
+        };
         let parts = [volume, volume * (xx + yy), volume * water, pressure, zero, zero, zero, zero];
         let rows = S::transpose(parts);
         let cells = grid.cells(grid.coordinates(&block.x, &block.y));

@@ -25,7 +25,7 @@ pub(super) struct Tally<S> {
 
 /// Brings eight points to the end of the step.
 #[inline(always)]
-pub(super) fn update<S: Lanes, const TWO: bool>(
+pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
     grid: &GridLanes<S>,
     step: &Step,
     average: Option<&Averaging>,
@@ -40,34 +40,38 @@ pub(super) fn update<S: Lanes, const TWO: bool>(
     let volumetric = if step.average_strain { means[0] } else { xx + yy };
     let increment = Increment { xx, yy, xy: load(&block.lxy), yx: load(&block.lyx), volumetric };
     let volume = load(&block.volume);
-    tally.stress_work = volume.mul_add(update_stress(step, block, &increment), tally.stress_work);
+    tally.stress_work = volume.mul_add(update_stress::<S, EXTRA>(step, block, &increment), tally.stress_work);
 
     if TWO {
         let own = load(&block.water_divergence);
         let divergence = if step.average_strain { means[1] } else { own };
         let porosity = water::porosity(volume, load(&block.grains));
         let old = load(&block.pressure);
-        let mean = average.map_or(old, |averaging| means[2] + averaging.hydrostatic(grid, block));
+        let mean = match average {
+            Some(averaging) => means[2] + averaging.hydrostatic::<S, EXTRA>(grid, block),
+            None => old,
+        };
         let inflow = water::inflow(porosity, volumetric, divergence);
         let new = water::pressure(&step.water, porosity, old, mean, inflow);
         new.store(&mut block.pressure);
         tally.water_work = (volume * S::splat(-0.5) * (old + new)).mul_add(inflow, tally.water_work);
     }
     (volume * (one + volumetric)).store(&mut block.volume);
-    if step.stretch {
-        let [smallest, largest] = HALF_SIDE_CELLS.map(S::splat);
-        let stretched = |half: S, strain: S| (half * (one + strain)).max(smallest).min(largest);
-        stretched(load(&block.half_x), xx).store(&mut block.half_x);
-        stretched(load(&block.half_y), yy).store(&mut block.half_y);
+    if EXTRA && step.stretch {
+        let (smallest, largest) = (S::splat(HALF_SIDE_CELLS[0]), S::splat(HALF_SIDE_CELLS[1]));
+        let half_x = load(&block.half_x) * (one + xx);
+        let half_y = load(&block.half_y) * (one + yy);
+        half_x.max(smallest).min(largest).store(&mut block.half_x);
+        half_y.max(smallest).min(largest).store(&mut block.half_y);
     }
     tally.outside = tally.outside.max(travel(grid, block));
 }
 
 /// New stress and strength; returns the work of the mean stress on the strain, J/m3.
 #[inline(always)]
-fn update_stress<S: Lanes>(step: &Step, block: &mut Block, increment: &Increment<S>) -> S {
+fn update_stress<S: Lanes, const EXTRA: bool>(step: &Step, block: &mut Block, increment: &Increment<S>) -> S {
     let load = |v: &V8| S::load(v);
-    let (elastic, strength) = if step.soften {
+    let (elastic, strength) = if EXTRA && step.soften {
         soil::softened(block)
     } else {
         (
@@ -88,7 +92,7 @@ fn update_stress<S: Lanes>(step: &Step, block: &mut Block, increment: &Increment
     new.zz.store(&mut block.szz);
     new.xy.store(&mut block.sxy);
     (load(&block.plastic_strain) + plastic).store(&mut block.plastic_strain);
-    if step.soften {
+    if EXTRA && step.soften {
         let left = soil::decay(load(&block.peak_left), load(&block.softening_rate), plastic);
         left.store(&mut block.peak_left);
     }

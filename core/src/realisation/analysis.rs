@@ -1,12 +1,10 @@
-//! One analysis: gravity stage, then failure stage.
+//! One analysis: from the in-situ state through the failure stage.
 
+use super::insitu::InSitu;
 use super::progress::{Cancelled, Progress};
 use super::{PointProperties, Prepared, record};
-use crate::campaign::{Formulation, GroundSurface, InitialPorePressure, Model};
-use crate::gimp::{
-    self, Body, Conditions, Controls, End, Fluid, InitialPoints, Limits, Material, MaterialError, RestRule,
-    Setup, State, Support,
-};
+use crate::campaign::Formulation;
+use crate::gimp::{self, Body, End, InitialPoints, Limits, MaterialError, RestRule, State};
 use crate::outcome::{Outcome, Reason};
 use crate::slope;
 use std::ops::ControlFlow;
@@ -40,7 +38,7 @@ pub struct Snapshot<'a> {
 }
 
 /// Why there is no end of a stage.
-enum Interruption {
+pub(super) enum Interruption {
     Cancelled,
     Failed(Reason),
 }
@@ -79,7 +77,7 @@ impl Prepared {
             Source::Deterministic => 0,
         };
         let properties = self.properties(source);
-        let start = match self.gravity_state(&properties, progress) {
+        let start = match self.in_situ(&properties, progress) {
             Ok(state) => state,
             Err(Interruption::Cancelled) => return Err(Cancelled),
             Err(Interruption::Failed(reason)) => return Ok(record::unstarted(self, index, reason)),
@@ -91,65 +89,17 @@ impl Prepared {
         }
     }
 
-    /// The end of the gravity stage: computed, or kept from an earlier realisation.
-    fn gravity_state(
-        &self,
-        properties: &PointProperties,
-        progress: &Progress,
-    ) -> Result<State, Interruption> {
-        if let Some(state) = self.gravity.get() {
-            return Ok(state.clone());
-        }
-        let state = self.gravity_stage(properties, progress)?;
-        if !self.unit_weight_is_random() {
-            // Another thread may have been first; its state has the same bits.
-            let _ = self.gravity.set(state.clone());
-        }
-        Ok(state)
-    }
-
-    /// Elastic, drained, total weight, damped.
-    fn gravity_stage(
-        &self,
-        properties: &PointProperties,
-        progress: &Progress,
-    ) -> Result<State, Interruption> {
-        let model = &self.spec.model;
-        let positions: Vec<[f64; 2]> =
-            self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
-        let volume = self.points.spacing_m * self.points.spacing_m;
-        let mut points = InitialPoints::at_rest(&positions, volume, 0.0);
-        points.density =
-            properties.unit_weight_n_m3.iter().map(|w| w / model.analysis.gravity_m_s2).collect();
-        let mut setup = self.setup(points);
-        setup.controls.formulation = Formulation::OnePhase;
-        setup.controls.local_damping = model.analysis.gravity_stage_damping;
-        let mut body = Body::new(setup, self.kernel)?;
-        let limits =
-            Limits { duration_s: model.analysis.gravity_stage_s, maximum_steps: u64::MAX, rest: None };
-        let end = gimp::run(&mut body, &limits, &mut |body| {
-            progress.advance(body.steps(), 0.0);
-            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        match end {
-            End::Duration | End::AtRest { .. } | End::StepLimit => Ok(body.state()),
-            End::NonFinite => Err(Interruption::Failed(Reason::NonFinite)),
-            End::LeftGrid => Err(Interruption::Failed(Reason::LeftGrid)),
-            End::Stopped => Err(Interruption::Cancelled),
-        }
-    }
-
-    /// Real strengths and pore water, from the gravity stage's stresses at rest.
+    /// Real strengths and pore water, from the in-situ state at rest.
     fn failure_stage(
         &self,
-        start: &State,
+        start: &InSitu,
         properties: &PointProperties,
         every_s: f64,
         observer: &mut dyn FnMut(&Snapshot<'_>),
         progress: &Progress,
     ) -> Result<Failure, Interruption> {
         let analysis = &self.spec.model.analysis;
-        let mut body = Body::new(self.setup(self.failure_points(start, properties)), self.kernel)?;
+        let mut body = Body::new(self.failure_setup(self.failure_points(start, properties)), self.kernel)?;
         let rest = RestRule {
             kinetic_energy_share: analysis.rest_kinetic_energy_share,
             velocity_m_s: analysis.rest_velocity_m_s,
@@ -196,7 +146,7 @@ impl Prepared {
     fn observe(
         &self,
         time_s: f64,
-        start: &State,
+        start: &InSitu,
         state: State,
         properties: &PointProperties,
         observer: &mut dyn FnMut(&Snapshot<'_>),
@@ -210,12 +160,12 @@ impl Prepared {
         observer(&snapshot);
     }
 
-    /// The failure stage's points: effective stress is total stress plus the initial pore pressure.
-    fn failure_points(&self, start: &State, properties: &PointProperties) -> InitialPoints {
+    /// The failure stage's points.
+    pub(super) fn failure_points(&self, start: &InSitu, properties: &PointProperties) -> InitialPoints {
         let model = &self.spec.model;
         let volume = self.points.spacing_m * self.points.spacing_m;
         let count = self.points.len();
-        let pressure: Vec<f64> = (0..count).map(|i| self.initial_pressure(i)).collect();
+        let two = model.analysis.formulation == Formulation::TwoPhase;
         InitialPoints {
             x: start.x.clone(),
             y: start.y.clone(),
@@ -227,85 +177,21 @@ impl Prepared {
                 })
                 .collect(),
             volume: start.volume.clone(),
-            stress: (0..count)
-                .map(|i| {
-                    let p = pressure[i];
-                    [
-                        start.stress_xx[i] + p,
-                        start.stress_yy[i] + p,
-                        start.stress_zz[i] + p,
-                        start.stress_xy[i],
-                    ]
-                })
-                .collect(),
-            pressure,
+            stress: start.stress.clone(),
+            pressure: start.pressure.clone(),
             cohesion: properties.cohesion_pa.clone(),
             friction_angle: properties.friction_angle_rad.clone(),
-            material: vec![0; count],
-            water_held: vec![false; count],
+            material: self.materials.clone(),
+            water_held: (0..count).map(|i| two && self.is_water_held(i)).collect(),
             force: vec![[0.0; 2]; count],
         }
     }
 
-    /// Initial pore pressure of point `i`, Pa; there is none without water.
-    fn initial_pressure(&self, i: usize) -> f64 {
-        let model = &self.spec.model;
-        match (model.analysis.formulation, model.water.initial_pore_pressure) {
-            (Formulation::TwoPhase, InitialPorePressure::Hydrostatic(table)) => slope::hydrostatic_pressure(
-                &model.slope,
-                &model.water,
-                table,
-                model.analysis.gravity_m_s2,
-                self.points.x[i],
-                self.points.y[i],
-            ),
-            _ => 0.0,
-        }
-    }
-
-    /// The spec's slope with these points: rigid fixed base, rollers left and right, failure stage's controls.
-    fn setup(&self, points: InitialPoints) -> Setup {
-        let Model { mesh, soil, water, analysis, .. } = &self.spec.model;
-        Setup {
-            grid: self.grid,
-            points_per_cell_side: mesh.points_per_cell_side,
-            conditions: Conditions {
-                left: Support::Roller,
-                right: Support::Roller,
-                bottom: Support::Fixed,
-                top: Support::Open,
-                gravity_m_s2: [0.0, -analysis.gravity_m_s2],
-                closed_surface: water.ground_surface == GroundSurface::Closed,
-                free_water_level_m: None,
-            },
-            obstacles: Vec::new(),
-            fluid: Fluid {
-                density_kg_m3: water.density_kg_m3,
-                bulk_modulus_pa: water.bulk_modulus_pa,
-                cavitation_suction_pa: water.cavitation_suction_pa,
-                gravity_m_s2: analysis.gravity_m_s2,
-            },
-            materials: vec![Material {
-                youngs_modulus_pa: soil.youngs_modulus_pa,
-                poissons_ratio: soil.poissons_ratio,
-                dilation_angle_rad: soil.dilation_angle_rad,
-                tension_cutoff_pa: soil.tension_cutoff_pa,
-                softening: None,
-                porosity: soil.porosity,
-                permeability_m_s: soil.permeability_m_s,
-            }],
-            controls: Controls {
-                formulation: analysis.formulation,
-                volumetric_strain: analysis.volumetric_strain,
-                pressure_relaxation_rate_per_s: analysis.pressure_relaxation_rate_per_s,
-                pic_rate_per_s: analysis.pic_rate_per_s,
-                velocity_filter: analysis.velocity_filter,
-                local_damping: analysis.local_damping,
-                damping_rate_per_s: analysis.damping_rate_per_s,
-                point_domain: analysis.point_domain,
-                courant_number: analysis.courant_number,
-            },
-            points,
-        }
+    /// Whether point `i` starts without pore pressure: its water then hangs in the skeleton, whose effective stresses
+    /// carry its weight from the start.
+    fn is_water_held(&self, i: usize) -> bool {
+        let water = &self.spec.model.water;
+        let level = slope::water::pressure_level_m(&self.spec.model.slope, water, self.points.x[i]);
+        level.is_none_or(|level| self.points.y[i] >= level)
     }
 }

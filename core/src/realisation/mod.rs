@@ -1,15 +1,20 @@
 //! The whole way from (spec, index) to an outcome.
 //!
-//! A realisation has two stages. The gravity stage brings the elastic, drained slope to equilibrium under its total
-//! weight with local damping; where the unit weight is not random it is the same in every realisation and kept. The
-//! failure stage starts from its stresses at rest: pore pressure p0 is set, effective stress is total stress plus p0,
-//! the realisation's strengths apply, and displacements count from here.
+//! A realisation has two stages. The in-situ state comes from a gravity stage, which brings the elastic, drained slope
+//! to equilibrium under its total weight with local damping, or from K0; where the unit weight is not random it is the
+//! same in every realisation and kept. The failure stage starts from its stresses at rest: pore pressure p0 is set,
+//! effective stress is total stress plus p0, the realisation's strengths apply, obstacles stand, and displacements
+//! count from here.
 
 mod analysis;
+mod insitu;
 mod probe;
 mod progress;
 mod properties;
 mod record;
+mod setup;
+#[cfg(test)]
+mod tests;
 
 pub use analysis::{Snapshot, Source};
 pub use probe::probe;
@@ -17,11 +22,12 @@ pub use progress::{Cancelled, Progress};
 pub use properties::PointProperties;
 
 use crate::field::{FieldError, FieldPlan};
-use crate::gimp::{Grid, Kernel, State};
+use crate::gimp::{Grid, Kernel};
 use crate::outcome::Outcome;
 use crate::points::{self, Points};
-use crate::slope;
+use crate::slope::{self, layers};
 use crate::spec::Spec;
+use insitu::InSitu;
 use std::sync::OnceLock;
 use thiserror::Error;
 
@@ -65,10 +71,12 @@ pub struct Prepared {
     kernel: Kernel,
     grid: Grid,
     points: Points,
+    /// Place of each point's material among the model's.
+    materials: Vec<u16>,
     /// Absent if nothing is random.
     fields: Option<FieldPlan>,
-    /// End of the gravity stage, once some realisation has computed it; only if the unit weight is not random.
-    gravity: OnceLock<State>,
+    /// In-situ state, once some realisation has computed it; only if the unit weight is not random.
+    in_situ: OnceLock<InSitu>,
 }
 
 impl Prepared {
@@ -104,7 +112,8 @@ impl Prepared {
                 &points.y,
             )?)
         };
-        Ok(Prepared { kernel, grid, points, fields, gravity: OnceLock::new(), spec })
+        let materials = layers::materials(&spec.model.layers, &points);
+        Ok(Prepared { kernel, grid, points, materials, fields, in_situ: OnceLock::new(), spec })
     }
 
     /// The spec.
@@ -120,6 +129,11 @@ impl Prepared {
     /// Where the material points start, in point order.
     pub fn layout(&self) -> &Points {
         &self.points
+    }
+
+    /// Place of each point's material among [`crate::campaign::Model::materials`], in point order.
+    pub fn materials(&self) -> &[u16] {
+        &self.materials
     }
 
     /// The grid.

@@ -2,8 +2,9 @@
 
 use super::{Prepared, Progress};
 use crate::campaign::{
-    Analysis, Autocorrelation, Field, Formulation, GroundSurface, InitialPorePressure, Mesh, Model,
-    PointDomain, RunoutMeasure, Sample, Slope, Soil, VelocityFilter, VolumetricStrain, Water, WaterTable,
+    Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
+    InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
+    VolumetricStrain, Water, WaterTable,
 };
 use crate::copula::Copula;
 use crate::gimp::Kernel;
@@ -21,7 +22,7 @@ pub fn probe(kernel: Kernel) -> String {
     outcome.expect("nobody cancels the probe").digest
 }
 
-fn spec() -> Spec {
+pub(super) fn spec() -> Spec {
     let random = |property, family, p, q| RandomProperty { property, marginal: Marginal { family, p, q } };
     Spec {
         format: SPEC_FORMAT,
@@ -44,12 +45,16 @@ fn model() -> Model {
             rotation_rad: 0.0,
         },
         slope: Slope {
-            height_m: 2.0,
-            angle_rad: std::f64::consts::FRAC_PI_4,
-            crest_width_m: 2.0,
+            surface: Surface::Uniform {
+                height_m: 2.0,
+                angle_rad: std::f64::consts::FRAC_PI_4,
+                crest_width_m: 2.0,
+            },
             foundation_depth_m: 0.0,
             runout_plain_m: 3.0,
+            base: Contact::Fixed,
         },
+        obstacles: Vec::new(),
         mesh: Mesh { cell_size_m: 1.0, points_per_cell_side: 2 },
         soil: Soil {
             youngs_modulus_pa: 1e7,
@@ -59,13 +64,16 @@ fn model() -> Model {
             unit_weight_n_m3: Some(20e3),
             dilation_angle_rad: 0.0,
             tension_cutoff_pa: Some(0.0),
+            softening: None,
             porosity: 0.3,
             permeability_m_s: 1e-4,
         },
+        layers: Vec::new(),
         water: Water {
             density_kg_m3: 1000.0,
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::Hydrostatic(WaterTable::GroundSurface),
+            free_water_level_m: None,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 1e3,
         },
@@ -80,6 +88,7 @@ fn model() -> Model {
             local_damping: 0.05,
             damping_rate_per_s: 0.0,
             point_domain: PointDomain::Uniform,
+            initial_stress: InitialStress::Gravity,
             gravity_stage_damping: 0.7,
             gravity_stage_s: 0.1,
             duration_s: 0.05,

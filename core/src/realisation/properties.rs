@@ -1,6 +1,7 @@
 //! The soil properties of the material points in one realisation.
 
 use super::{Prepared, Source};
+use crate::campaign::Soil;
 use crate::site::Property;
 
 const PA_PER_KPA: f64 = 1e3;
@@ -19,34 +20,31 @@ pub struct PointProperties {
 }
 
 impl Prepared {
-    /// The properties of the points in `source`: random fields where the spec has them, constants elsewhere. They
-    /// are what the distributions give and may lie outside what can be analysed.
+    /// The properties of the points in `source`: each material's constants, and the random fields where it has none.
+    /// They are what the distributions give and may lie outside what can be analysed.
     pub fn properties(&self, source: Source) -> PointProperties {
         let count = self.points.len();
-        let soil = &self.spec.model.soil;
-        let constant = |value: Option<f64>| vec![value.unwrap_or(f64::NAN); count];
-        let mut properties = PointProperties {
-            cohesion_pa: constant(soil.cohesion_pa),
-            friction_angle_rad: constant(soil.friction_angle_rad),
-            unit_weight_n_m3: constant(soil.unit_weight_n_m3),
-        };
         let values = match (source, &self.fields) {
             (Source::Index(index), Some(plan)) => plan.sample(self.spec.seed, index).values,
             _ => self.spec.random.iter().map(|r| vec![r.marginal.mean(); count]).collect(),
         };
-        for (random, values) in self.spec.random.iter().zip(values) {
-            let (place, unit) = match random.property {
-                Property::Cohesion => (&mut properties.cohesion_pa, PA_PER_KPA),
-                Property::FrictionAngle => (&mut properties.friction_angle_rad, RAD_PER_DEG),
-                Property::UnitWeight => (&mut properties.unit_weight_n_m3, N_PER_KN),
-            };
-            *place = values.into_iter().map(|value| value * unit).collect();
+        let materials = self.spec.model.materials();
+        let of_points = |property: Property, unit: f64, constant: fn(&Soil) -> Option<f64>| {
+            let constants: Vec<Option<f64>> = materials.iter().map(|soil| constant(soil)).collect();
+            let random = self.spec.random.iter().position(|r| r.property == property);
+            let field = |i: usize| random.map_or(f64::NAN, |j| values[j][i] * unit);
+            let at = |i: usize| constants[usize::from(self.materials[i])].unwrap_or_else(|| field(i));
+            (0..count).map(at).collect()
+        };
+        PointProperties {
+            cohesion_pa: of_points(Property::Cohesion, PA_PER_KPA, |s| s.cohesion_pa),
+            friction_angle_rad: of_points(Property::FrictionAngle, RAD_PER_DEG, |s| s.friction_angle_rad),
+            unit_weight_n_m3: of_points(Property::UnitWeight, N_PER_KN, |s| s.unit_weight_n_m3),
         }
-        properties
     }
 
-    /// Whether the unit weight differs from realisation to realisation.
+    /// Whether the unit weight of any point differs from realisation to realisation.
     pub(super) fn unit_weight_is_random(&self) -> bool {
-        self.spec.random.iter().any(|r| r.property == Property::UnitWeight)
+        self.spec.model.materials().iter().any(|soil| soil.unit_weight_n_m3.is_none())
     }
 }

@@ -2,13 +2,14 @@
 
 use super::Prepared;
 use super::analysis::Failure;
+use super::insitu::InSitu;
 use crate::campaign::Model;
 use crate::gimp::{End, State};
 use crate::outcome::{Outcome, OutcomeKind, Reason};
 use crate::runout::{self, Moved};
 
 /// The outcome of an analysis whose failure stage began at `start` and ended as `failure`.
-pub(super) fn outcome(prepared: &Prepared, index: u64, start: &State, failure: &Failure) -> Outcome {
+pub(super) fn outcome(prepared: &Prepared, index: u64, start: &InSitu, failure: &Failure) -> Outcome {
     let Model { slope, mesh, sample, .. } = &prepared.spec.model;
     let state = &failure.state;
     let (reason, rest) = match failure.end {

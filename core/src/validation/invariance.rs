@@ -1,10 +1,11 @@
 //! B16: what must not move the answer.
 
 use super::collapse::Column;
+use super::set_up::{GRAVITY_M_S2, advance, body};
 use super::slopes::{EXAMPLE_I, Slide, runout_m};
 use super::{Case, Check, Comparison, Depth, Findings};
 use crate::copula::Copula;
-use crate::gimp::{Body, Grid, Kernel, Setup, Support};
+use crate::gimp::{Grid, Kernel, Setup, Support};
 use crate::marginal::{Family, Marginal};
 use crate::outcome::Outcome;
 use crate::realisation::{Prepared, Progress};
@@ -86,26 +87,15 @@ fn heap() -> Setup {
     setup
 }
 
-/// Steps `body` for `duration_s`, in steps of `dt_s` or as long as the Courant number allows.
-fn advance(body: &mut Body, duration_s: f64) {
-    while body.time_s() < duration_s {
-        body.step(body.stable_step_s().min(duration_s - body.time_s()));
-    }
-}
-
-fn body(setup: Setup) -> Body {
-    Body::new(setup, Kernel::best()).expect("the heap's soil can be analysed")
-}
-
 fn mirror(findings: &mut Findings) {
     let setup = heap();
     let mut image = setup.clone();
     image.points.x.iter_mut().for_each(|x| *x = -*x);
     let [mut one, mut other] = [setup, image].map(body);
     // The last half of the fall: afterwards the heap only creeps.
-    let duration_s = 3.0 * libm::sqrt(HEAP_M / 9.81);
-    advance(&mut one, duration_s);
-    advance(&mut other, duration_s);
+    let duration_s = 3.0 * libm::sqrt(HEAP_M / GRAVITY_M_S2);
+    advance(&mut one, duration_s, |_| {});
+    advance(&mut other, duration_s, |_| {});
     let (left, right) = (one.positions(), other.positions());
     let largest = left
         .iter()
@@ -131,12 +121,12 @@ fn mass(findings: &mut Findings) {
     setup.points.y.iter_mut().for_each(|y| *y += 0.2 * HEAP_M);
     let mut body = body(setup);
     let duration_s = 0.15;
-    advance(&mut body, duration_s);
+    advance(&mut body, duration_s, |_| {});
     let state = body.state();
     let points = &body.setup().points;
     let momentum: f64 =
         state.vy.iter().zip(&points.density).zip(&points.volume).map(|((v, d), volume)| v * d * volume).sum();
-    let weight = 9.81 * body.total_mass();
+    let weight = GRAVITY_M_S2 * body.total_mass();
     let what = "momentum of a falling heap over m g t";
     check(findings, what, "", -1.0, momentum / (weight * duration_s), Comparison::Absolute(1e-12));
 }

@@ -4,9 +4,21 @@
 //! analysis, with a published measurement or with itself on another mesh. Cases are pure: whoever runs them measures
 //! time and draws the figures. The quick form of every case is also a test.
 
+mod report;
+
+mod closed_forms;
+mod measure;
+mod set_up;
+
+mod axial_bar;
+mod consolidation;
+mod gravity_column;
+mod hydrostatic;
+mod incline;
+mod large_compaction;
+
 mod collapse;
 mod invariance;
-mod report;
 mod slopes;
 
 pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series};
@@ -14,6 +26,14 @@ pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series
 /// Every case, in the order of the report.
 pub fn cases() -> Vec<Case> {
     vec![
+        gravity_column::CASE,
+        large_compaction::CASE,
+        axial_bar::CASE,
+        incline::CASE,
+        hydrostatic::CASE,
+        consolidation::STEP_LOAD,
+        consolidation::SELF_WEIGHT,
+        consolidation::BOTH_ENDS,
         slopes::ONSET,
         slopes::CONVERGENCE,
         slopes::WATER_MODULUS,

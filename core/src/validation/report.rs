@@ -71,6 +71,43 @@ pub struct Check {
 }
 
 impl Check {
+    /// found / reference - 1 is at most `tolerance` in size.
+    pub fn relative(
+        what: impl Into<String>,
+        unit: &'static str,
+        reference: f64,
+        found: f64,
+        tolerance: f64,
+    ) -> Check {
+        Check { what: what.into(), unit, reference, found, comparison: Comparison::Relative(tolerance) }
+    }
+
+    /// found - reference is at most `tolerance` in size, in the same unit.
+    pub fn absolute(
+        what: impl Into<String>,
+        unit: &'static str,
+        reference: f64,
+        found: f64,
+        tolerance: f64,
+    ) -> Check {
+        Check { what: what.into(), unit, reference, found, comparison: Comparison::Absolute(tolerance) }
+    }
+
+    /// found is at most `bound`.
+    pub fn at_most(what: impl Into<String>, unit: &'static str, bound: f64, found: f64) -> Check {
+        Check { what: what.into(), unit, reference: bound, found, comparison: Comparison::AtMost }
+    }
+
+    /// found is at least `bound`.
+    pub fn at_least(what: impl Into<String>, unit: &'static str, bound: f64, found: f64) -> Check {
+        Check { what: what.into(), unit, reference: bound, found, comparison: Comparison::AtLeast }
+    }
+
+    /// Shown beside `reference`; cannot fail.
+    pub fn information(what: impl Into<String>, unit: &'static str, reference: f64, found: f64) -> Check {
+        Check { what: what.into(), unit, reference, found, comparison: Comparison::Information }
+    }
+
     /// Error in the sense of the comparison; absent for bounds and for information without a reference.
     pub fn error(&self) -> Option<f64> {
         match self.comparison {
@@ -109,12 +146,29 @@ pub enum Marks {
 /// A series of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Its name in the legend.
+    /// Its name in the legend; empty: it is not named there.
     pub label: String,
     /// Its points, (x, y).
     pub points: Vec<[f64; 2]>,
     /// How it is drawn.
     pub marks: Marks,
+}
+
+impl Series {
+    /// A reference, or something computed at many places.
+    pub fn line(label: impl Into<String>, points: Vec<[f64; 2]>) -> Series {
+        Series { label: label.into(), points, marks: Marks::Line }
+    }
+
+    /// What was found.
+    pub fn circles(label: impl Into<String>, points: Vec<[f64; 2]>) -> Series {
+        Series { label: label.into(), points, marks: Marks::Circles }
+    }
+
+    /// Material points.
+    pub fn dots(label: impl Into<String>, points: Vec<[f64; 2]>) -> Series {
+        Series { label: label.into(), points, marks: Marks::Dots }
+    }
 }
 
 /// A figure of a case.

@@ -41,14 +41,12 @@ const COSINE: [f64; 11] = [
 #[inline(always)]
 fn sine_cosine<S: Lanes>(angle: S) -> (S, S) {
     let square = angle * angle;
-    let sum = |coefficients: &[f64; 11]| {
-        let mut sum = S::splat(coefficients[0]);
-        for &c in &coefficients[1..] {
-            sum = sum.mul_add(square, S::splat(c));
-        }
-        sum
-    };
-    (sum(&SINE) * angle, sum(&COSINE))
+    let (mut sine, mut cosine) = (S::splat(SINE[0]), S::splat(COSINE[0]));
+    for (&s, &c) in SINE[1..].iter().zip(&COSINE[1..]) {
+        sine = sine.mul_add(square, S::splat(s));
+        cosine = cosine.mul_add(square, S::splat(c));
+    }
+    (sine * angle, cosine)
 }
 
 /// Elastic constants and strength of eight points at what is left of their peak strength.

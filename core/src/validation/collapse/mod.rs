@@ -6,12 +6,9 @@ mod rods;
 pub(super) use lube::COLUMNS;
 pub(super) use rods::RODS;
 
-use crate::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
-use crate::gimp::{
-    Body, Conditions, Controls, Fluid, Grid, InitialPoints, Kernel, Material, Setup, State, Support,
-};
-
-const GRAVITY_M_S2: f64 = 9.81;
+use super::set_up::{GRAVITY_M_S2, elastic_body, filled};
+use crate::campaign::VolumetricStrain;
+use crate::gimp::{Body, Grid, InitialPoints, Kernel, Setup, State, Support};
 
 /// A rectangle of dry cohesionless soil between a smooth wall at x = 0 and a gate that vanishes at time 0, on a rough
 /// rigid plane. Stresses at the start: weight of what lies above, times K0 = nu / (1 - nu) sideways (the confined elastic
@@ -90,12 +87,7 @@ impl Column {
     pub(in crate::validation) fn setup(&self) -> Setup {
         let h = self.cell_m;
         let cells = |length: f64| (length / h).round() as usize;
-        let mut positions = Vec::new();
-        for j in 0..2 * cells(self.height_m) {
-            for i in 0..2 * cells(self.width_m) {
-                positions.push([(i as f64 + 0.5) * 0.5 * h, (j as f64 + 0.5) * 0.5 * h]);
-            }
-        }
+        let positions = filled([0.0, 0.0], [cells(self.width_m), cells(self.height_m)], h);
         let mut points = InitialPoints::at_rest(&positions, 0.25 * h * h, self.density_kg_m3);
         let sideways = self.poissons_ratio / (1.0 - self.poissons_ratio);
         for i in 0..points.len() {
@@ -104,52 +96,14 @@ impl Column {
             points.cohesion[i] = 0.0;
             points.friction_angle[i] = self.friction_angle_deg.to_radians();
         }
-        Setup {
-            grid: Grid::enclosing(
-                0.0,
-                0.0,
-                [cells(self.room_widths * self.width_m), cells(self.height_m) + 4],
-                h,
-            ),
-            points_per_cell_side: 2,
-            conditions: Conditions {
-                left: Support::Roller,
-                right: Support::Open,
-                bottom: Support::Fixed,
-                top: Support::Open,
-                gravity_m_s2: [0.0, -GRAVITY_M_S2],
-                closed_surface: false,
-                free_water_level_m: None,
-            },
-            obstacles: Vec::new(),
-            // There is no water.
-            fluid: Fluid {
-                density_kg_m3: 1000.0,
-                bulk_modulus_pa: 1e9,
-                cavitation_suction_pa: 0.0,
-                gravity_m_s2: GRAVITY_M_S2,
-            },
-            materials: vec![Material {
-                youngs_modulus_pa: self.youngs_modulus_pa,
-                poissons_ratio: self.poissons_ratio,
-                dilation_angle_rad: 0.0,
-                tension_cutoff_pa: None,
-                softening: None,
-                porosity: 0.4,
-                permeability_m_s: 1.0,
-            }],
-            controls: Controls {
-                formulation: Formulation::OnePhase,
-                volumetric_strain: VolumetricStrain::CellAverage,
-                pressure_relaxation_rate_per_s: 0.0,
-                pic_rate_per_s: self.pic_rate_per_s,
-                velocity_filter: VelocityFilter::Pic,
-                local_damping: 0.0,
-                damping_rate_per_s: 0.0,
-                point_domain: PointDomain::Uniform,
-                courant_number: 0.5,
-            },
-            points,
-        }
+        let room = [cells(self.room_widths * self.width_m), cells(self.height_m) + 4];
+        let grid = Grid::enclosing(0.0, 0.0, room, h);
+        let mut setup = elastic_body(grid, self.youngs_modulus_pa, self.poissons_ratio, points);
+        setup.conditions.bottom = Support::Fixed;
+        setup.conditions.gravity_m_s2 = [0.0, -GRAVITY_M_S2];
+        setup.controls.volumetric_strain = VolumetricStrain::CellAverage;
+        setup.controls.pic_rate_per_s = self.pic_rate_per_s;
+        setup.controls.courant_number = 0.5;
+        setup
     }
 }

@@ -1,6 +1,18 @@
 //! The campaign file as written: one struct a section, edge units, unknown keys refused.
 //!
 //! Nothing here is checked beyond its type; `check` turns it into a [`super::Campaign`].
+//!
+//! Coordinates in the file (layers, water table, obstacles, elevations) are those of the surface profile; without one
+//! the toe is the origin. x points downhill, y up.
+
+mod ground;
+mod water;
+
+pub use ground::{
+    ContactText, CutoffText, FrictionText, LayerSection, LineText, MeshSection, ObstacleSection,
+    SlopeSection, SofteningSection, SoilSection,
+};
+pub use water::{WaterSection, WaterTableText};
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -21,11 +33,17 @@ pub struct CampaignFile {
     pub field: FieldSection,
     /// Geometry.
     pub slope: SlopeSection,
+    /// Rigid obstacles.
+    #[serde(default)]
+    pub obstacles: Vec<ObstacleSection>,
     /// Background grid and material points.
     pub mesh: MeshSection,
     /// Material constants.
     pub soil: SoilSection,
-    /// Pore water.
+    /// Layers, from top to bottom.
+    #[serde(default)]
+    pub layers: Vec<LayerSection>,
+    /// Pore water and free water.
     pub water: WaterSection,
     /// Numerical analysis.
     pub analysis: AnalysisSection,
@@ -122,94 +140,6 @@ pub struct FieldSection {
     pub rotation_deg: f64,
 }
 
-/// `[slope]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SlopeSection {
-    /// Height from toe to crest, m.
-    pub height_m: f64,
-    /// Slope angle above the horizontal, degrees.
-    pub angle_deg: f64,
-    /// Width of the crest behind the edge, m.
-    pub crest_width_m: f64,
-    /// Depth of the soil below toe level, m; 0 puts the rigid base at toe level.
-    pub foundation_depth_m: f64,
-    /// Room in front of the toe, m.
-    pub runout_plain_m: f64,
-}
-
-/// `[mesh]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeshSection {
-    /// Side of a square grid cell, m.
-    pub cell_size_m: f64,
-    /// Material points per cell and direction (2 gives four points a cell).
-    pub points_per_cell_side: u32,
-}
-
-/// `[soil]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SoilSection {
-    /// Young's modulus of the skeleton, MPa.
-    pub youngs_modulus_mpa: f64,
-    /// Poisson's ratio of the skeleton.
-    pub poissons_ratio: f64,
-    /// Cohesion, kPa; only if it is not a random property.
-    pub cohesion_kpa: Option<f64>,
-    /// Friction angle, degrees; only if it is not a random property.
-    pub friction_angle_deg: Option<f64>,
-    /// Saturated (total) unit weight, kN/m3; only if it is not a random property.
-    pub unit_weight_kn_m3: Option<f64>,
-    /// Dilation angle, degrees.
-    pub dilation_angle_deg: f64,
-    /// Tension cut-off, kPa, or `"apex"` for none but the Mohr-Coulomb apex.
-    pub tension_cutoff_kpa: CutoffText,
-    /// Porosity.
-    pub porosity: f64,
-    /// Hydraulic conductivity, m/s.
-    pub permeability_m_s: f64,
-}
-
-/// `tension_cutoff_kpa = number | "apex"`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum CutoffText {
-    /// Largest tensile principal stress, kPa.
-    Value(f64),
-    /// `"apex"`.
-    Word(String),
-}
-
-/// `[water]`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WaterSection {
-    /// Density, kg/m3.
-    pub density_kg_m3: f64,
-    /// Bulk modulus used in the analysis, MPa.
-    pub bulk_modulus_mpa: f64,
-    /// `"none"` or `"hydrostatic"`.
-    pub initial_pore_pressure: String,
-    /// For `"hydrostatic"`: `"ground-surface"` or an elevation above the toe, m.
-    pub water_table: Option<WaterTableText>,
-    /// `"drained"` or `"closed"`.
-    pub ground_surface: String,
-    /// Largest suction the water can carry, kPa (0 allows none).
-    pub cavitation_suction_kpa: f64,
-}
-
-/// `water_table = "ground-surface" | elevation`
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum WaterTableText {
-    /// Elevation above the toe, m.
-    Elevation(f64),
-    /// `"ground-surface"`.
-    Word(String),
-}
-
 /// `[analysis]`
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -235,9 +165,13 @@ pub struct AnalysisSection {
     pub damping_rate_per_s: f64,
     /// `"uniform"` (uGIMP) or `"stretched"` (cpGIMP: the points' domains follow their stretch).
     pub point_domain: String,
-    /// Local damping of the gravity stage, as a share of the unbalanced force.
+    /// `"gravity"`, a stage of its own that brings the elastic, drained ground to rest under its weight, or
+    /// `{ k0 = 0.5 }`: vertical effective stress from the weight of the column above less the pore pressure, horizontal
+    /// effective stress k0 times that, no shear. The latter is not in equilibrium under inclined ground.
+    pub initial_stress: InitialStressText,
+    /// Local damping of the gravity stage, as a share of the unbalanced force; not used with `k0`.
     pub gravity_stage_damping: f64,
-    /// Duration of the gravity stage, s.
+    /// Duration of the gravity stage, s; not used with `k0`.
     pub gravity_stage_s: f64,
     /// Longest simulated time of the failure stage, s.
     pub duration_s: f64,
@@ -253,6 +187,24 @@ pub struct AnalysisSection {
     /// Rest, absolute, two phases: at its present rate the pore pressure (root mean square over the points) would
     /// change by less than this in the time left, kPa.
     pub rest_pore_pressure_change_kpa: f64,
+}
+
+/// `initial_stress = "gravity" | { k0 = value }`
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(untagged, expecting = "it must be \"gravity\" or { k0 = value }")]
+pub enum InitialStressText {
+    /// `"gravity"`.
+    Word(String),
+    /// `{ k0 = value }`.
+    K0(K0Text),
+}
+
+/// `{ k0 = value }`
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct K0Text {
+    /// Horizontal over vertical effective stress.
+    pub k0: f64,
 }
 
 /// `[sample]`

@@ -1,0 +1,241 @@
+//! From the model to the solver's points: layers, profiles, in-situ stresses, water.
+
+use super::insitu::InSitu;
+use super::probe;
+use super::{Prepared, Progress, Source};
+use crate::campaign::{
+    Contact, Formulation, InitialPorePressure, InitialStress, Layer, Mesh, Model, Obstacle, Polyline, Slope,
+    Softening, Soil, Surface, WaterTable,
+};
+use crate::gimp::{Kernel, Support};
+use crate::outcome::Outcome;
+use crate::points::Points;
+use crate::slope;
+use crate::spec::Spec;
+
+/// The probe's slope (2 m, 45 degrees, 1 m cells) and what is `change`d.
+fn spec(change: impl Fn(&mut Model)) -> Spec {
+    let mut spec = probe::spec();
+    change(&mut spec.model);
+    spec
+}
+
+fn prepared(change: impl Fn(&mut Model)) -> Prepared {
+    Prepared::new(spec(change), Kernel::best()).unwrap()
+}
+
+fn outcome(change: impl Fn(&mut Model)) -> Outcome {
+    prepared(change).realise(0, &Progress::default()).unwrap()
+}
+
+fn layer(name: &str, bottom: Option<Polyline>, soil: Soil) -> Layer {
+    Layer { name: name.to_owned(), bottom, soil }
+}
+
+/// Two layers of the same constants, one of which dips and pinches out, are no layers.
+#[test]
+fn layers_of_equal_constants_change_no_bit() {
+    let dipping = Polyline::new(vec![[-4.0, 2.0], [0.0, -0.5]]).unwrap();
+    let one = outcome(|_| {});
+    let two = prepared(|model| {
+        let soil = model.soil;
+        model.layers = vec![layer("top", Some(dipping.clone()), soil), layer("rest", None, soil)];
+    });
+    let used: Vec<usize> =
+        (0..2).map(|m| two.materials().iter().filter(|&&of| usize::from(of) == m).count()).collect();
+    assert!(used.iter().all(|&points| points > 5), "{used:?}");
+    assert_eq!(two.realise(0, &Progress::default()).unwrap(), one);
+}
+
+#[test]
+fn a_softer_layer_moves_the_outcome() {
+    let with = |modulus_pa: f64| {
+        outcome(|model| {
+            let soil = model.soil;
+            let other = Soil { youngs_modulus_pa: modulus_pa, ..soil };
+            model.layers = vec![layer("top", Some(Polyline::level(1.0)), soil), layer("rest", None, other)];
+        })
+    };
+    assert_ne!(with(1e7).digest, with(2e6).digest);
+}
+
+/// A section of the probe's slope gives its points, and dry, where the ground's exact elevation does not enter, its bits.
+#[test]
+fn a_profile_of_the_uniform_slope_gives_its_outcome() {
+    let dry = |model: &mut Model| model.water.initial_pore_pressure = InitialPorePressure::None;
+    let uniform = outcome(dry);
+    let profile = outcome(|model| {
+        dry(model);
+        let edge = slope::crest_edge_x(&model.slope);
+        let line = Polyline::new(vec![[edge - 2.0, 2.0], [edge, 2.0], [0.0, 0.0]]).unwrap();
+        model.slope.surface = Surface::Profile { line, crest_x_m: edge };
+    });
+    assert_eq!(profile, uniform);
+}
+
+/// Random layers take the fields, others their constants.
+#[test]
+fn properties_follow_the_layers() {
+    let whole = prepared(|_| {}).properties(Source::Index(3));
+    let layered = prepared(|model| {
+        let rock = Soil {
+            cohesion_pa: Some(5e4),
+            friction_angle_rad: Some(0.6),
+            unit_weight_n_m3: Some(22e3),
+            ..model.soil
+        };
+        model.layers = vec![layer("soil", Some(Polyline::level(1.0)), model.soil), layer("rock", None, rock)];
+    });
+    let properties = layered.properties(Source::Index(3));
+    for (i, &y) in layered.layout().y.iter().enumerate() {
+        let expected = if y > 1.0 {
+            (whole.cohesion_pa[i], whole.friction_angle_rad[i], 20e3)
+        } else {
+            (5e4, 0.6, 22e3)
+        };
+        let found =
+            (properties.cohesion_pa[i], properties.friction_angle_rad[i], properties.unit_weight_n_m3[i]);
+        assert_eq!(found, expected, "point {i} at {y} m");
+    }
+}
+
+/// A crest of two layers, 18 over 21 kN/m3, with the table inside the lower one: the column at the left wall by hand.
+#[test]
+fn k0_stresses_are_those_of_the_column_above() {
+    let layered = prepared(|model| {
+        model.slope.surface = uniform(4.0);
+        let upper = Soil { unit_weight_n_m3: Some(18e3), ..model.soil };
+        let lower = Soil { unit_weight_n_m3: Some(21e3), ..model.soil };
+        model.layers = vec![layer("upper", Some(Polyline::level(2.5)), upper), layer("lower", None, lower)];
+        model.water.initial_pore_pressure = InitialPorePressure::Hydrostatic(WaterTable::ElevationM(2.0));
+        model.analysis.initial_stress = InitialStress::K0(0.6);
+    });
+    let properties = layered.properties(Source::Deterministic);
+    let Ok(state) = layered.in_situ(&properties, &Progress::default()) else {
+        panic!("it needs no analysis")
+    };
+    let mut seen = 0;
+    for i in 0..layered.points() {
+        let (x, y) = (state.x[i], state.y[i]);
+        if x > -4.0 {
+            continue;
+        }
+        // Elevation of the crest 4 m.
+        let total = if y > 2.5 { 18e3 * (4.0 - y) } else { 18e3 * 1.5 + 21e3 * (2.5 - y) };
+        let pressure = 9810.0 * (2.0 - y).max(0.0);
+        let vertical = pressure - total;
+        let [xx, yy, zz, xy] = state.stress[i];
+        assert!((state.pressure[i] - pressure).abs() < 1e-9, "pore pressure at {y} m");
+        assert!((yy - vertical).abs() < 1e-6, "at {y} m: {yy} Pa, by hand {vertical}");
+        assert!((xx - 0.6 * vertical).abs() < 1e-6 && zz == xx && xy == 0.0, "at {y} m");
+        seen += 1;
+    }
+    assert!(seen >= 16, "only {seen} points behind the crest's edge");
+}
+
+fn uniform(height_m: f64) -> Surface {
+    Surface::Uniform { height_m, angle_rad: std::f64::consts::FRAC_PI_4, crest_width_m: 4.0 }
+}
+
+/// Ground under 5 m of water, strong: a slope of 2 m with 2 m below its toe. Its in-situ stresses are those of its
+/// buoyant weight whatever the water's depth, and it stays where it is.
+fn submerged(model: &mut Model, stress: InitialStress, level_m: f64) {
+    model.slope = Slope { foundation_depth_m: 2.0, ..model.slope.clone() };
+    model.soil.cohesion_pa = Some(50e3);
+    model.soil.friction_angle_rad = Some(0.6);
+    model.water.initial_pore_pressure = InitialPorePressure::Hydrostatic(WaterTable::ElevationM(level_m));
+    model.water.free_water_level_m = Some(level_m);
+    model.analysis.initial_stress = stress;
+    model.analysis.gravity_stage_s = 1.0;
+    model.analysis.duration_s = 2.0;
+    model.maximum_steps = 100_000;
+}
+
+#[test]
+fn under_free_water_the_ground_is_stressed_by_its_buoyant_weight_and_stays() {
+    let stresses = |stress, level| {
+        let slope = prepared(|model| submerged(model, stress, level));
+        let properties = slope.properties(Source::Deterministic);
+        let Ok(state) = slope.in_situ(&properties, &Progress::default()) else {
+            panic!("it can be analysed")
+        };
+        let rest = slope.deterministic(&Progress::default()).unwrap();
+        let moved = rest.measures.expect("it ends").max_displacement_m;
+        (state, moved)
+    };
+    let (shallow, moved) = stresses(InitialStress::Gravity, 5.0);
+    // Elastic ground of 4 m under 10 kN/m3 settles by millimetres; what is in equilibrium moves by far less.
+    assert!(moved < 2e-5, "moved by {moved} m after the gravity stage");
+    let (deep, _) = stresses(InitialStress::Gravity, 25.0);
+    let buoyant = 20e3 - 9810.0;
+    for (a, b) in shallow.stress.iter().zip(&deep.stress) {
+        assert!((a[1] - b[1]).abs() < 1e-3 * buoyant, "{a:?} {b:?}");
+    }
+    // The lowest row's mean vertical stress is the weight above it over the base's 7 m: exactly above its middle by K0;
+    // above the middle of its cell, two rows high, in the gravity stage, whose stresses are those of whole cells.
+    let (k0, _) = stresses(InitialStress::K0(0.5), 5.0);
+    let base = k0.y.iter().copied().fold(f64::INFINITY, f64::min);
+    let lowest: Vec<usize> = (0..k0.y.len()).filter(|&i| k0.y[i] == base).collect();
+    let mean = |state: &InSitu| lowest.iter().map(|&i| state.stress[i][1]).sum::<f64>() / lowest.len() as f64;
+    let area = 0.25 * k0.y.len() as f64;
+    let row = 0.5 * 7.0;
+    assert!((mean(&k0) / (-buoyant * (area - 0.5 * row) / 7.0) - 1.0).abs() < 1e-12);
+    let found = mean(&shallow) / (-buoyant * (area - row) / 7.0);
+    assert!((found - 1.0).abs() < 0.005, "{found} of the weight");
+}
+
+#[test]
+fn water_above_the_table_is_held_and_that_below_is_not() {
+    let wet = prepared(|model| {
+        model.water.initial_pore_pressure = InitialPorePressure::Hydrostatic(WaterTable::ElevationM(1.0));
+    });
+    let held = held_water(&wet);
+    let (Points { x, y, .. }, ground) = (wet.layout(), &wet.spec().model.slope);
+    for i in 0..held.len() {
+        // On the face the table ends at the ground.
+        let table = slope::ground_surface_y(ground, x[i]).min(1.0);
+        assert_eq!(held[i], y[i] >= table, "at ({}, {}) m", x[i], y[i]);
+    }
+    assert!(held.iter().any(|held| *held) && held.iter().any(|held| !held));
+    let dry = prepared(|model| model.water.initial_pore_pressure = InitialPorePressure::None);
+    assert!(held_water(&dry).iter().all(|held| *held));
+    let one_phase = prepared(|model| {
+        model.water.initial_pore_pressure = InitialPorePressure::None;
+        model.analysis.formulation = Formulation::OnePhase;
+    });
+    assert!(held_water(&one_phase).iter().all(|held| !held));
+}
+
+fn held_water(slope: &Prepared) -> Vec<bool> {
+    let properties = slope.properties(Source::Deterministic);
+    let Ok(state) = slope.in_situ(&properties, &Progress::default()) else { panic!("it can be analysed") };
+    slope.failure_points(&state, &properties).water_held
+}
+
+#[test]
+fn base_obstacles_and_softening_reach_the_failure_stage_only() {
+    let slope = prepared(|model| {
+        model.slope.base = Contact::Friction(0.4);
+        model.obstacles = vec![Obstacle { x_m: [1.0, 2.0], y_m: [0.0, 1.0], contact: Contact::Fixed }];
+        model.water.free_water_level_m = Some(0.5);
+        model.mesh = Mesh { cell_size_m: 0.5, points_per_cell_side: 2 };
+        model.soil.softening = Some(Softening {
+            residual_cohesion_ratio: 0.1,
+            residual_friction_ratio: 0.8,
+            residual_dilation_ratio: 0.0,
+            displacement_m: 0.5,
+        });
+    });
+    let points = crate::gimp::InitialPoints::at_rest(&[[0.0, 0.0]], 1.0, 2000.0);
+    let failure = slope.failure_setup(points.clone());
+    assert_eq!(failure.conditions.bottom, Support::Friction(0.4));
+    assert_eq!(failure.conditions.free_water_level_m, Some(0.5));
+    assert_eq!(failure.obstacles.len(), 1);
+    assert_eq!(failure.obstacles[0].support, Support::Fixed);
+    let softening = failure.materials[0].softening.expect("the soil softens");
+    assert_eq!([softening.residual_cohesion, softening.residual_friction_angle], [0.1, 0.8]);
+    let gravity = slope.gravity_setup(points);
+    assert_eq!(gravity.conditions.bottom, Support::Fixed);
+    assert_eq!(gravity.conditions.free_water_level_m, None);
+    assert!(gravity.obstacles.is_empty());
+}

@@ -1,4 +1,0 @@
-use runout_core::validation::try_slides;
-fn main() {
-    try_slides();
-}

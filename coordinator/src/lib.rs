@@ -2,7 +2,7 @@
 //!
 //! In the order of the data's way:
 //!
-//! 1. [`load`] reads what the user wrote; [`advice`] says what may be wrong with it although it is allowed.
+//! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
 //!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
 //! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
@@ -10,6 +10,7 @@
 //! 4. [`cli`] holds one command a file.
 
 pub mod load;
+pub mod overrides;
 
 pub mod advice;
 

@@ -3,6 +3,7 @@
 //!
 //! Every message names the file, and what is wrong in it down to key and value or line and column.
 
+use crate::overrides::{self, Override};
 use crate::run_directory::{PROFILE_FILE, SITE_FILE, SPEC_FILE};
 use runout_core::campaign::profile::{self, ProfileError};
 use runout_core::campaign::{self, Campaign, CampaignError};
@@ -58,6 +59,16 @@ pub enum LoadError {
         /// What the system said, or what to do.
         why: String,
     },
+    /// An override fits no campaign.
+    #[error("{}: {change}: {why}", path.display())]
+    Override {
+        /// Campaign file.
+        path: PathBuf,
+        /// The override.
+        change: Override,
+        /// What is wrong.
+        why: String,
+    },
     /// The campaign file is wrong.
     #[error("{}: {error}", path.display())]
     Campaign {
@@ -100,6 +111,19 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     fit_and_freeze(path, read(path)?)
 }
 
+/// As [`load`], with some keys of the campaign file changed before it is checked.
+///
+/// # Errors
+/// As [`load`], or an override that fits no campaign.
+pub fn load_with(path: &Path, changes: &[Override]) -> Result<Loaded, LoadError> {
+    let text = overrides::apply(&read_text(path)?, changes).map_err(|(change, why)| LoadError::Override {
+        path: path.to_owned(),
+        change,
+        why,
+    })?;
+    fit_and_freeze(path, read_tables(path, text)?)
+}
+
 /// Fits and freezes what [`read`] gave for the campaign file at `path`.
 ///
 /// # Errors
@@ -123,7 +147,11 @@ pub fn fit_and_freeze(path: &Path, inputs: Inputs) -> Result<Loaded, LoadError> 
 /// # Errors
 /// A file that cannot be read or that is wrong.
 pub fn read(path: &Path) -> Result<Inputs, LoadError> {
-    let campaign_text = read_text(path)?;
+    read_tables(path, read_text(path)?)
+}
+
+/// Checks a campaign's text and reads its surface profile and site table; `path` is the campaign file.
+fn read_tables(path: &Path, campaign_text: String) -> Result<Inputs, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let profile = match campaign::profile_file(&campaign_text) {
         None => None,

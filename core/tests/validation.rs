@@ -69,6 +69,9 @@ cases! {
     slope_convergence "slope-convergence"
     water_modulus "water-modulus"
     damping "damping"
+    dry_columns "dry-columns"
+    aluminium_rods "aluminium-rods"
+    invariance "invariance"
 }
 
 #[test]

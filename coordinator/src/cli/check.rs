@@ -4,6 +4,7 @@ use super::analysis::{kernel, prepare};
 use super::{Failure, print, print_json};
 use crate::advice;
 use crate::load;
+use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
 use runout_core::campaign::Layer;
@@ -17,11 +18,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// `runout check CAMPAIGN [--json]`
+/// `runout check CAMPAIGN [--set KEY=VALUE] [--json]`
 #[derive(Debug, Args)]
 pub struct CheckArguments {
     /// Campaign file
     campaign: PathBuf,
+    /// Change a key of the campaign file, in TOML's syntax (repeatable): --set mesh.cell_size_m=0.8
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<Override>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -75,7 +79,7 @@ struct LayerFacts {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
-    let loaded = load::load(&arguments.campaign)?;
+    let loaded = load::load_with(&arguments.campaign, &arguments.set)?;
     let prepared = prepare(&loaded.spec)?;
     let speed = probe(&prepared);
     let model = &loaded.spec.model;

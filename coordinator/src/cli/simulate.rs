@@ -4,6 +4,7 @@ use super::analysis::{Watched, prepare, watch};
 use super::{Failure, index, print, print_json};
 use crate::gallery::Gallery;
 use crate::load;
+use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
 use runout_core::gimp::Energy;
@@ -12,7 +13,7 @@ use runout_core::realisation::Source;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// `runout simulate CAMPAIGN (--index I | --deterministic) [--out DIR] [--every S] [--json]`
+/// `runout simulate CAMPAIGN (--index I | --deterministic) [--set KEY=VALUE] [--out DIR] [--every S] [--json]`
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
     /// Campaign file
@@ -25,6 +26,9 @@ pub struct SimulateArguments {
     /// Time between two moments of the series, s
     #[arg(long, value_name = "S", default_value = "0.25", requires = "out", value_parser = positive)]
     every: f64,
+    /// Change a key of the campaign file, in TOML's syntax (repeatable): --set mesh.cell_size_m=0.8
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<Override>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -74,7 +78,7 @@ struct Document<'a> {
 }
 
 pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
-    let loaded = load::load(&arguments.campaign)?;
+    let loaded = load::load_with(&arguments.campaign, &arguments.set)?;
     let prepared = prepare(&loaded.spec)?;
     let source = arguments.source.source();
     let what = match source {

@@ -5,7 +5,6 @@
 //! measures time and draws the figures. The quick form of every case is also a test.
 
 mod report;
-mod slopes;
 
 mod closed_forms;
 mod measure;
@@ -23,6 +22,10 @@ mod manufactured;
 mod specimen;
 mod two_disks;
 mod undrained_wave;
+
+mod collapse;
+mod invariance;
+mod slopes;
 
 pub use report::{Case, Check, Comparison, Depth, Figure, Findings, Marks, Series};
 
@@ -47,5 +50,8 @@ pub fn cases() -> Vec<Case> {
         slopes::CONVERGENCE,
         slopes::WATER_MODULUS,
         slopes::DAMPING,
+        collapse::COLUMNS,
+        collapse::RODS,
+        invariance::INVARIANCE,
     ]
 }

@@ -4,8 +4,8 @@
 
 use crate::table::significant;
 use runout_core::campaign::{
-    Campaign, Formulation, GroundSurface, InitialPorePressure, RunoutMeasure, StopRule, Surface,
-    VolumetricStrain,
+    Campaign, Contact, Formulation, GroundSurface, InitialPorePressure, InitialStress, Model, RunoutMeasure,
+    Softening, StopRule, Surface, VolumetricStrain, WaterAboveTable,
 };
 use runout_core::estimate::interval;
 use runout_core::slope;
@@ -127,19 +127,26 @@ pub fn choices(campaign: &Campaign) -> Vec<String> {
                     "hydrostatic pore pressure below a water table at the start"
                 }
             };
+            let free = model.water.free_water_level_m.map_or_else(String::new, |level| {
+                format!("; free water stands {} m above the toe", significant(level, 4))
+            });
             let surface = match model.water.ground_surface {
                 GroundSurface::Drained => "drained",
                 GroundSurface::Closed => "closed",
             };
-            format!("two phases: {start}; the ground surface is {surface}")
+            let above = match model.water.above_table {
+                WaterAboveTable::Held => "the skeleton holds the water above the table",
+                WaterAboveTable::Sinks => "the water above the table sinks, which raises the pressure below",
+            };
+            format!("two phases: {start}{free}; {above}; the ground surface is {surface}")
         }
     }];
     if analysis.volumetric_strain == VolumetricStrain::Point {
         choices.push("each point's own volumetric strain: stiffer than the cell average".to_owned());
     }
     choices.push(format!(
-        "damping: local_damping = {}, pic_rate_per_s = {} (both shorten runout)",
-        analysis.local_damping, analysis.pic_rate_per_s
+        "damping: local_damping = {}, pic_rate_per_s = {}, damping_rate_per_s = {} (all shorten runout)",
+        analysis.local_damping, analysis.pic_rate_per_s, analysis.damping_rate_per_s
     ));
     choices.push(
         match model.sample.measure {
@@ -153,12 +160,51 @@ pub fn choices(campaign: &Campaign) -> Vec<String> {
         }
         .to_owned(),
     );
-    choices.push(format!(
-        "cell size {} m and {} points a cell: there is no softening length, so that bands are as wide as cells",
-        model.mesh.cell_size_m,
-        model.mesh.points_per_cell_side * model.mesh.points_per_cell_side
-    ));
+    choices.extend(ground_choices(model));
+    let bands = if softening_materials(model).is_empty() {
+        "there is no softening length, so that bands are as wide as cells"
+    } else {
+        "bands are as wide as cells; softening goes with the displacement across them"
+    };
+    let (size, side) = (model.mesh.cell_size_m, model.mesh.points_per_cell_side);
+    choices.push(format!("cell size {size} m and {} points a cell: {bands}", side * side));
     choices
+}
+
+/// Softening, layers, base, obstacles and in-situ stresses.
+fn ground_choices(model: &Model) -> Vec<String> {
+    let mut choices = Vec::new();
+    for (name, s) in softening_materials(model) {
+        choices.push(format!(
+            "{name}strength softens to {} of the cohesion and {} of the friction angle, most of it within {} m of shear",
+            s.residual_cohesion_ratio, s.residual_friction_ratio, s.displacement_m
+        ));
+    }
+    if let Contact::Friction(coefficient) = model.slope.base {
+        choices.push(format!(
+            "the soil can slide on the rigid base with a friction coefficient of {coefficient}"
+        ));
+    }
+    match model.obstacles.len() {
+        0 => {}
+        1 => choices.push("a rigid obstacle stands in the way".to_owned()),
+        n => choices.push(format!("{n} rigid obstacles stand in the way")),
+    }
+    if let InitialStress::K0(ratio) = model.analysis.initial_stress {
+        choices.push(format!(
+            "in-situ stresses by K0 = {ratio}: not in equilibrium under inclined ground, which the start of the failure \
+             stage makes up for by moving"
+        ));
+    }
+    choices
+}
+
+/// The softening of the materials that soften, with their names if they are layers.
+fn softening_materials(model: &Model) -> Vec<(String, Softening)> {
+    let name = |i: usize| model.layers.get(i).map_or_else(String::new, |layer| format!("{}: ", layer.name));
+    let softens = |s: &Softening| s.residual_cohesion_ratio < 1.0 || s.residual_friction_ratio < 1.0;
+    let materials = model.materials().into_iter().enumerate();
+    materials.filter_map(|(i, soil)| soil.softening.filter(softens).map(|s| (name(i), s))).collect()
 }
 
 #[cfg(test)]

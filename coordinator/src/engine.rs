@@ -249,6 +249,8 @@ pub fn poison(index: u64) -> Entry {
         outcome: OutcomeKind::Failed,
         reason: Reason::Poison,
         measures: None,
+        energy: None,
+        energy_drifted: false,
         simulated_s: 0.0,
         steps: 0,
         points: 0,

@@ -1,6 +1,8 @@
-//! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its fields, its final
-//! displacements and its plastic strains.
+//! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its section, its fields, its
+//! final displacements and its plastic strains.
 
+use crate::picture::section::Section;
+use crate::picture::setting::Setting;
 use crate::picture::soil::{Panel, SoilPicture, range};
 use crate::picture::{self, PictureError};
 use crate::vtu::{PointArray, pvd, vtu};
@@ -8,7 +10,7 @@ use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
-use runout_core::slope;
+use runout_core::slope::layers;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -110,30 +112,33 @@ impl Gallery {
             write(&path, bytes).map(|()| written.push(path))
         };
         put("series.pvd", pvd(&self.moments).as_bytes())?;
+        put("section.png", &picture::png(&Section::of(model))?)?;
         let fields = fields(model, random, what, &last.x0, &last.y0, &last.properties);
         put("fields.png", &picture::png(&fields)?)?;
         let title = format!("{what}: {}", result_in_words(model, outcome));
         let moment = moment_in_words(outcome, last.time_s);
+        let setting = setting(model, &last.x);
+        let legend = setting.legend();
         let after = |label: &str, values: &[f64], gradient, subtitle: String| SoilPicture {
             title: title.clone(),
             subtitle,
-            ground: ground(model, &last.x),
-            base_m: -model.slope.foundation_depth_m,
+            setting: setting.clone(),
+            moved: true,
             point_size_m: model.mesh.point_spacing_m(),
             panels: vec![Panel {
                 label: label.to_owned(),
-                x: &last.x,
-                y: &last.y,
+                x: (&last.x).into(),
+                y: (&last.y).into(),
                 values: values.to_vec(),
                 range: range(values, true),
                 gradient,
                 reversed: false,
             }],
         };
-        let subtitle = format!("displacement of every material point {moment}; dashed: ground before");
+        let subtitle = format!("displacement of every material point {moment}; {legend}");
         let slide = after("displacement (m)", &last.displacement_m, colorous::VIRIDIS, subtitle);
         put("displacement.png", &picture::png(&slide)?)?;
-        let subtitle = format!("equivalent plastic strain {moment}; dashed: ground before");
+        let subtitle = format!("equivalent plastic strain {moment}; {legend}");
         let mut strain = after("plastic strain", &last.plastic_strain, colorous::INFERNO, subtitle);
         strain.panels[0].range = (0.0, strain_top(&last.plastic_strain));
         // What has not sheared is light, shear bands are dark.
@@ -143,23 +148,29 @@ impl Gallery {
     }
 }
 
-/// The picture of a realisation's fields: one panel a random property.
-pub fn fields<'a>(
+/// The picture of a realisation's fields: one panel a random property, with the points where it is random.
+pub fn fields(
     model: &Model,
     random: &[Property],
     what: &str,
-    x: &'a [f64],
-    y: &'a [f64],
+    x: &[f64],
+    y: &[f64],
     properties: &PointProperties,
-) -> SoilPicture<'a> {
+) -> SoilPicture<'static> {
+    let materials = model.materials();
     let panels = random
         .iter()
         .map(|&property| {
-            let values = edge_units(property, properties);
+            let is_random = |i: &usize| {
+                materials[layers::layer_at(&model.layers, x[*i], y[*i])].constant(property).is_none()
+            };
+            let shown: Vec<usize> = (0..x.len()).filter(is_random).collect();
+            let of_shown = |all: &[f64]| -> Vec<f64> { shown.iter().map(|&i| all[i]).collect() };
+            let values = of_shown(&edge_units(property, properties));
             Panel {
                 label: label(property).to_owned(),
-                x,
-                y,
+                x: of_shown(x).into(),
+                y: of_shown(y).into(),
                 range: range(&values, false),
                 values,
                 gradient: colorous::VIRIDIS,
@@ -173,8 +184,8 @@ pub fn fields<'a>(
             "scale of fluctuation {} m along the bedding, {} m across it",
             model.field.scale_horizontal_m, model.field.scale_vertical_m
         ),
-        ground: Vec::new(),
-        base_m: -model.slope.foundation_depth_m,
+        setting: setting(model, x),
+        moved: false,
         point_size_m: model.mesh.point_spacing_m(),
         panels,
     }
@@ -207,11 +218,10 @@ fn strain_top(values: &[f64]) -> f64 {
     sorted.get(place).copied().filter(|top| *top > 0.0).unwrap_or(1.0)
 }
 
-/// Ground surface before the slide, to where the material reached.
-fn ground(model: &Model, x: &[f64]) -> Vec<(f64, f64)> {
-    let reach = x.iter().copied().filter(|x| x.is_finite()).fold(0.0, f64::max);
-    let surface = slope::surface_between(&model.slope, slope::rear_x(&model.slope), reach);
-    surface.into_iter().map(|[x, y]| (x, y)).collect()
+/// What stands around the soil, to where the material or an obstacle reaches.
+fn setting(model: &Model, x: &[f64]) -> Setting {
+    let ends = x.iter().copied().chain(model.obstacles.iter().map(|o| o.x_m[1]));
+    Setting::of(model, ends.filter(|x| x.is_finite()).fold(0.0, f64::max))
 }
 
 fn result_in_words(model: &Model, outcome: &Outcome) -> String {

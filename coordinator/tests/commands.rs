@@ -118,7 +118,7 @@ fn simulate_prints_one_document_and_writes_a_series() {
     let listed = list.matches("file=\"series/").count();
     let written = std::fs::read_dir(desk.path("slide/series")).expect("the series is written").count();
     assert!(listed == written && listed > 2, "{listed} listed, {written} written");
-    for picture in ["fields.png", "displacement.png", "plastic-strain.png"] {
+    for picture in ["section.png", "fields.png", "displacement.png", "plastic-strain.png"] {
         let bytes = std::fs::read(desk.path("slide").join(picture)).expect("the picture is written");
         assert_eq!(bytes[..4], *b"\x89PNG");
     }
@@ -248,6 +248,45 @@ fn a_run_directory_can_be_given_as_a_campaign_whatever_its_table_was_called() {
     drop(RunDirectory::open(&desk.path("run"), contents).expect("the folder is new"));
     let again = load::load(&desk.path("run/campaign.toml")).expect("the table is beside it");
     assert_eq!(again.spec.digest(), loaded.spec.digest());
+}
+
+#[test]
+fn a_run_directory_keeps_the_surface_profile() {
+    let desk = Desk::new();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good");
+    let profile = std::fs::read(fixtures.join("terrain.csv")).expect("the fixture is there");
+    std::fs::copy(fixtures.join("section.toml"), desk.path("campaign.toml")).expect("it can be written");
+    std::fs::write(desk.path("terrain.csv"), &profile).expect("it can be written");
+    desk.run(|_| {});
+    std::fs::remove_file(desk.path("terrain.csv")).expect("it is there");
+    assert_eq!(std::fs::read(desk.path("run/profile.csv")).expect("it is kept"), profile);
+    // The kept campaign still calls it by its old name.
+    let again = load::load(&desk.path("run/campaign.toml")).expect("the profile is beside it");
+    let spec: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("run/spec.json")).expect("it is there"))
+            .expect("JSON");
+    assert_eq!(spec["digest"], again.spec.digest());
+    assert!(desk.said(&["replay", "run", "2", "--out", "again"]).contains("realisation 2: the same bits"));
+    desk.said(&["report", "run"]);
+    let page = std::fs::read_to_string(desk.path("run/report.html")).expect("it is written");
+    for input in ["layers.marl.cohesion_kpa", "obstacles[1].x_m", "The surveyed profile", "\nmarl\n"] {
+        assert!(page.contains(input), "the report lacks {input}");
+    }
+    std::fs::remove_file(desk.path("run/profile.csv")).expect("it is there");
+    assert!(desk.refused(&["report", "run"], 2).contains("profile.csv: there is no such file"));
+}
+
+#[test]
+fn check_tells_what_became_of_the_layers() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good");
+    let file = folder.join("section.toml");
+    let document = Desk::new().document(&["check", file.to_str().expect("a path in UTF-8"), "--json"]);
+    let layers = document["layers"].as_array().expect("a list");
+    assert_eq!([&layers[0]["name"], &layers[1]["name"]], ["fill", "marl"]);
+    assert_eq!([&layers[0]["random"], &layers[1]["random"]], [true, false]);
+    let points: u64 = layers.iter().filter_map(|l| l["points"].as_u64()).sum();
+    assert_eq!(document["points"], points);
+    assert_eq!(document["height_m"], 4.0);
 }
 
 #[test]

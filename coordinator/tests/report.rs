@@ -2,6 +2,7 @@
 
 use runout::load::{self, Loaded};
 use runout::report::{self, Material, Report};
+use runout_core::gimp::Energy;
 use runout_core::marginal::{Family, Marginal};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 use std::path::Path;
@@ -38,6 +39,8 @@ fn outcomes(count: u64) -> Vec<Outcome> {
             outcome: kind,
             reason: if kind == OutcomeKind::Failed { Reason::LeftGrid } else { Reason::AtRest },
             measures: (kind != OutcomeKind::Failed).then_some(measures),
+            energy: (kind != OutcomeKind::Failed).then(Energy::default),
+            energy_drifted: false,
             simulated_s: 5.0,
             steps: 1,
             points: 1,
@@ -109,6 +112,7 @@ fn a_full_report_is_self_contained_and_the_same_every_time() {
     let report = of(&loaded, &outcomes, &notes);
     let names: Vec<&str> = report.figures.iter().map(|f| f.name).collect();
     let expected = [
+        "section",
         "histogram-likelihood",
         "histogram-moments",
         "exceedance",

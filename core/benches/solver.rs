@@ -9,7 +9,7 @@
 use runout_core::campaign::{
     Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
     InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
-    VolumetricStrain, Water,
+    VolumetricStrain, Water, WaterAboveTable,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -91,6 +91,7 @@ fn spec(formulation: Formulation) -> Spec {
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::None,
             free_water_level_m: None,
+            above_table: WaterAboveTable::Sinks,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 100e3,
         },
@@ -114,6 +115,7 @@ fn spec(formulation: Formulation) -> Spec {
             rest_velocity_m_s: 1e-3,
             rest_hold_s: 0.5,
             rest_pore_pressure_change_pa: 500.0,
+            energy_drift_limit: 0.05,
         },
         sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1 },
         maximum_steps: 1_000_000,

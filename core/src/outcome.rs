@@ -3,6 +3,7 @@
 //! Everything in an [`Outcome`] follows from (spec, index) alone: what depends on the machine or on luck (worker,
 //! attempt, wall time) is kept beside it by whoever ran it.
 
+use crate::gimp::Energy;
 use serde::{Deserialize, Serialize};
 
 /// What became of a realisation.
@@ -118,6 +119,10 @@ pub struct Outcome {
     pub reason: Reason,
     /// What moved; absent exactly if the analysis failed.
     pub measures: Option<Measures>,
+    /// Balance of energy of the failure stage; absent exactly if the analysis failed.
+    pub energy: Option<Energy>,
+    /// Whether that balance drifted by more than the campaign's limit.
+    pub energy_drifted: bool,
     /// Time simulated in the failure stage, s.
     pub simulated_s: f64,
     /// Time steps taken in the failure stage.
@@ -126,4 +131,17 @@ pub struct Outcome {
     pub points: u64,
     /// BLAKE3 digest (hexadecimal, 32 digits) of the points' final state and of all of the above.
     pub digest: String,
+}
+
+impl Outcome {
+    /// What its reader must know of it, in the words of the results table: `still-moving`, `energy-drift`, both joined by
+    /// `+`, or nothing.
+    pub fn mark(&self) -> &'static str {
+        match (self.reason == Reason::StillMoving, self.energy_drifted) {
+            (true, true) => "still-moving+energy-drift",
+            (true, false) => "still-moving",
+            (false, true) => "energy-drift",
+            (false, false) => "",
+        }
+    }
 }

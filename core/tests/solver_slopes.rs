@@ -4,7 +4,7 @@
 use runout_core::campaign::{
     Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
     InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
-    VolumetricStrain, Water, WaterTable,
+    VolumetricStrain, Water, WaterAboveTable, WaterTable,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -53,6 +53,7 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::None,
             free_water_level_m: None,
+            above_table: WaterAboveTable::Held,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 100e3,
         },
@@ -76,6 +77,7 @@ fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg:
             rest_velocity_m_s: 1e-3,
             rest_hold_s: 0.5,
             rest_pore_pressure_change_pa: 500.0,
+            energy_drift_limit: 0.05,
         },
         sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1 },
         maximum_steps: 1_000_000,

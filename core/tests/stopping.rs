@@ -12,6 +12,7 @@ use runout_core::estimate::exceedance::{curve, empirical_distance};
 use runout_core::estimate::moments::Moments;
 use runout_core::estimate::rule::earliest_paper_stop;
 use runout_core::estimate::{Decision, Estimator, OutOfOrder, interval};
+use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 
 const SHAPE: f64 = 2.3;
@@ -34,6 +35,8 @@ fn outcome(index: u64, kind: OutcomeKind, runout_m: f64, reason: Reason) -> Outc
         outcome: kind,
         reason,
         measures: (kind != OutcomeKind::Failed).then_some(measures),
+        energy: (kind != OutcomeKind::Failed).then(Energy::default),
+        energy_drifted: false,
         simulated_s: 10.0,
         steps: 1,
         points: 1,

@@ -1,6 +1,7 @@
 //! Between core's types and the wire. Every number that arrives is checked; an error names the field.
 
 use crate::v1;
+use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 use thiserror::Error;
 
@@ -40,6 +41,19 @@ pub fn encode_outcome(outcome: &Outcome) -> v1::Outcome {
             deposit_height_at_toe_m: m.deposit_height_at_toe_m,
             time_to_rest_s: m.time_to_rest_s,
         }),
+        energy: outcome.energy.map(|e| v1::Energy {
+            outer_work_j: e.outer_work_j,
+            kinetic_j: e.kinetic_j,
+            elastic_j: e.elastic_j,
+            pore_water_j: e.pore_water_j,
+            plastic_j: e.plastic_j,
+            drag_j: e.drag_j,
+            contact_j: e.contact_j,
+            damping_j: e.damping_j,
+            drift_j: e.drift_j,
+            available_j: e.available_j,
+        }),
+        energy_drifted: outcome.energy_drifted,
         simulated_s: outcome.simulated_s,
         steps: outcome.steps,
         points: outcome.points,
@@ -62,11 +76,21 @@ pub fn decode_outcome(wire: Option<v1::Outcome>) -> Result<Outcome, DecodeError>
         (_, None) => return Err(DecodeError::Missing { field: "outcome.measures" }),
         (_, Some(measures)) => Some(decode_measures(measures)?),
     };
+    let energy = match (outcome, &wire.energy) {
+        (OutcomeKind::Failed, None) => None,
+        (OutcomeKind::Failed, Some(_)) => {
+            return Err(bad("outcome.energy", "present", "a failed analysis has none"));
+        }
+        (_, None) => return Err(DecodeError::Missing { field: "outcome.energy" }),
+        (_, Some(energy)) => Some(decode_energy(energy)?),
+    };
     Ok(Outcome {
         index: wire.index,
         outcome,
         reason: decode_reason(wire.reason())?,
         measures,
+        energy,
+        energy_drifted: wire.energy_drifted,
         simulated_s: non_negative("outcome.simulated_s", wire.simulated_s)?,
         steps: wire.steps,
         points: wire.points,
@@ -84,6 +108,10 @@ pub fn non_negative(field: &'static str, value: f64) -> Result<f64, DecodeError>
     } else {
         Err(bad(field, value, "it must be finite and 0 or greater"))
     }
+}
+
+fn finite(field: &'static str, value: f64) -> Result<f64, DecodeError> {
+    if value.is_finite() { Ok(value) } else { Err(bad(field, value, "it must be finite")) }
 }
 
 /// A digest of `digits` hexadecimal digits.
@@ -147,6 +175,21 @@ fn decode_measures(wire: &v1::Measures) -> Result<Measures, DecodeError> {
     })
 }
 
+fn decode_energy(wire: &v1::Energy) -> Result<Energy, DecodeError> {
+    Ok(Energy {
+        outer_work_j: finite("energy.outer_work_j", wire.outer_work_j)?,
+        kinetic_j: finite("energy.kinetic_j", wire.kinetic_j)?,
+        elastic_j: finite("energy.elastic_j", wire.elastic_j)?,
+        pore_water_j: finite("energy.pore_water_j", wire.pore_water_j)?,
+        plastic_j: finite("energy.plastic_j", wire.plastic_j)?,
+        drag_j: finite("energy.drag_j", wire.drag_j)?,
+        contact_j: finite("energy.contact_j", wire.contact_j)?,
+        damping_j: finite("energy.damping_j", wire.damping_j)?,
+        drift_j: finite("energy.drift_j", wire.drift_j)?,
+        available_j: non_negative("energy.available_j", wire.available_j)?,
+    })
+}
+
 fn encode_kind(kind: OutcomeKind) -> v1::outcome::Kind {
     match kind {
         OutcomeKind::Runout => v1::outcome::Kind::Runout,
@@ -203,6 +246,19 @@ mod tests {
                 deposit_height_at_toe_m: 0.25,
                 time_to_rest_s: None,
             }),
+            energy: Some(Energy {
+                outer_work_j: 9.0,
+                kinetic_j: 0.5,
+                elastic_j: -1.0,
+                pore_water_j: 0.25,
+                plastic_j: 8.0,
+                drag_j: 0.75,
+                contact_j: 0.0,
+                damping_j: 0.125,
+                drift_j: 0.375,
+                available_j: 12.0,
+            }),
+            energy_drifted: true,
             simulated_s: 4.0,
             steps: 1000,
             points: 10_125,
@@ -223,6 +279,10 @@ mod tests {
         assert_eq!(said(|w| w.measures = None), "outcome.measures is missing");
         assert!(said(|w| w.simulated_s = f64::NAN).starts_with("outcome.simulated_s = NaN"));
         assert!(said(|w| w.digest = "xyz".into()).starts_with("outcome.digest = xyz"));
+        assert_eq!(said(|w| w.energy = None), "outcome.energy is missing");
+        assert!(
+            said(|w| w.energy.as_mut().unwrap().drag_j = f64::INFINITY).starts_with("energy.drag_j = inf")
+        );
         assert!(said(|w| w.kind = 3).starts_with("outcome.measures = present"));
     }
 
@@ -244,7 +304,7 @@ mod tests {
             }
             if failed {
                 sent.outcome = OutcomeKind::Failed;
-                sent.measures = None;
+                (sent.measures, sent.energy) = (None, None);
             }
             prop_assert_eq!(decode_outcome(Some(encode_outcome(&sent))).unwrap(), sent);
         }

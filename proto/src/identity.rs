@@ -11,7 +11,7 @@ use thiserror::Error;
 pub const KERNEL_VARIABLE: &str = "RUNOUT_KERNEL";
 
 /// Version of the wire contract: raised whenever a peer of the version before would misunderstand.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// The build's identity: package version, spec format and a digest of the sources of the analysis.
 pub fn build() -> String {

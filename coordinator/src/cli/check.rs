@@ -7,9 +7,11 @@ use crate::load;
 use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
+use runout_core::campaign::Layer;
 use runout_core::field::effective::ScoreCorrelation;
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Prepared, Progress, Source};
+use runout_core::slope;
 use runout_core::spec::Spec;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -42,6 +44,11 @@ struct Document {
     points: usize,
     cells: usize,
     point_spacing_m: f64,
+    height_m: f64,
+    mean_angle_deg: f64,
+    /// From the top; empty if the ground is of one material.
+    layers: Vec<LayerFacts>,
+    obstacles: usize,
     kernel: &'static str,
     effective_scales: Vec<Scale>,
     time_step_s: Option<f64>,
@@ -63,6 +70,14 @@ struct Scale {
     vertical_m: f64,
 }
 
+/// What became of a layer.
+#[derive(Debug, Serialize)]
+struct LayerFacts {
+    name: String,
+    points: usize,
+    random: bool,
+}
+
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let loaded = load::load_with(&arguments.campaign, &arguments.set)?;
     let prepared = prepare(&loaded.spec)?;
@@ -80,12 +95,20 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
             model.maximum_steps
         ));
     }
+    let layers = layers(&prepared);
+    for layer in layers.iter().filter(|layer| layer.points == 0) {
+        warnings.push(format!("layers.{}: no material point lies in it", layer.name));
+    }
     let document = Document {
         campaign: loaded.campaign.name.clone(),
         spec_digest: loaded.spec.digest(),
         points: prepared.points(),
         cells: columns * rows,
         point_spacing_m: model.mesh.point_spacing_m(),
+        height_m: slope::height_m(&model.slope),
+        mean_angle_deg: slope::mean_angle_rad(&model.slope).to_degrees(),
+        layers,
+        obstacles: model.obstacles.len(),
         kernel: kernel()?.name(),
         effective_scales: scales(&loaded.spec)?,
         time_step_s: speed.time_step_s,
@@ -113,6 +136,15 @@ fn text(path: &str, document: &Document) -> String {
     row("material points", document.points.to_string());
     row("grid cells", document.cells.to_string());
     row("point spacing, m", significant(document.point_spacing_m, 6));
+    let shape = (significant(document.height_m, 4), significant(document.mean_angle_deg, 3));
+    row("slope, m", format!("{} high at {}\u{b0}", shape.0, shape.1));
+    for layer in &document.layers {
+        let constants = if layer.random { "random fields" } else { "constants" };
+        row(&format!("layer {}", layer.name), format!("{} points, {constants}", layer.points));
+    }
+    if document.obstacles > 0 {
+        row("rigid obstacles", document.obstacles.to_string());
+    }
     for scale in &document.effective_scales {
         let pair = format!("{} x {}", significant(scale.horizontal_m, 3), significant(scale.vertical_m, 3));
         row(&format!("effective scale of fluctuation, {}, m", scale.property), pair);
@@ -146,6 +178,16 @@ fn text(path: &str, document: &Document) -> String {
         }
     }
     text
+}
+
+fn layers(prepared: &Prepared) -> Vec<LayerFacts> {
+    let random = &prepared.spec().random;
+    let facts = |(i, layer): (usize, &Layer)| LayerFacts {
+        name: layer.name.clone(),
+        points: prepared.materials().iter().filter(|&&m| usize::from(m) == i).count(),
+        random: random.iter().any(|r| layer.soil.constant(r.property).is_none()),
+    };
+    prepared.spec().model.layers.iter().enumerate().map(facts).collect()
 }
 
 fn scales(spec: &Spec) -> Result<Vec<Scale>, Failure> {

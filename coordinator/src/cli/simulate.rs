@@ -7,6 +7,7 @@ use crate::load;
 use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
+use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome};
 use runout_core::realisation::Source;
 use serde::Serialize;
@@ -64,6 +65,9 @@ struct Document<'a> {
     moved_area_m2: Option<f64>,
     deposit_height_at_toe_m: Option<f64>,
     time_to_rest_s: Option<f64>,
+    energy: Option<Energy>,
+    energy_drift: Option<f64>,
+    marked: &'static str,
     simulated_s: f64,
     steps: u64,
     points: u64,
@@ -125,6 +129,9 @@ fn document(source: Source, watched: &Watched, runout_m: Option<f64>, files: Vec
         moved_area_m2: measure(|m| m.moved_area_m2),
         deposit_height_at_toe_m: measure(|m| m.deposit_height_at_toe_m),
         time_to_rest_s: outcome.measures.as_ref().and_then(|m| m.time_to_rest_s),
+        energy: outcome.energy,
+        energy_drift: outcome.energy.as_ref().map(Energy::drift),
+        marked: outcome.mark(),
         simulated_s: outcome.simulated_s,
         steps: outcome.steps,
         points: outcome.points,
@@ -145,6 +152,12 @@ fn rows(watched: &Watched, runout_m: Option<f64>) -> Vec<(&'static str, String)>
         row("runout, m", metres(runout));
     }
     measures(outcome).into_iter().for_each(|(name, value)| row(name, metres(value)));
+    if let Some(energy) = &outcome.energy {
+        row("work of gravity, J per m", significant(energy.outer_work_j, 4));
+        let drift = 100.0 * energy.drift();
+        let mark = if outcome.energy_drifted { " (beyond the limit)" } else { "" };
+        row("drift of the energy balance", format!("{} %{mark}", significant(drift, 2)));
+    }
     row("simulated, s", significant(outcome.simulated_s, 6));
     row("steps", format!("{} ({steps} with the gravity stage)", outcome.steps));
     row("points", outcome.points.to_string());

@@ -1,11 +1,13 @@
-//! Pictures: soil coloured by a quantity ([`soil`]) and charts ([`chart`]), as PNG or SVG, with fonts of our own so
-//! that the host needs none.
+//! Pictures: soil coloured by a quantity ([`soil`]) in its [`setting`], the [`section`] as given, and charts ([`chart`]),
+//! as PNG or SVG, with fonts of our own so that the host needs none.
 //!
 //! Everything is drawn on a canvas of whole pixels at the scale of a 2000-pixel-wide page; a picture on paper or on
 //! a page is that canvas shrunk.
 
 pub mod axes;
 pub mod chart;
+pub mod section;
+pub mod setting;
 pub mod soil;
 
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};

@@ -1,10 +1,12 @@
 //! The soil as filled squares coloured by a quantity: one panel a quantity, equal scales on both axes.
 
 use super::axes::{Axis, Frame, round_ticks};
+use super::setting::Setting;
 use super::{Anchor, Canvas, Draw, GREY, INK, PictureError, TEXT_PX};
 use colorous::Gradient;
 use plotters::backend::DrawingBackend;
 use plotters::style::RGBColor;
+use std::borrow::Cow;
 
 const WIDTH_PX: i32 = 2000;
 const LEFT_PX: i32 = 190;
@@ -29,10 +31,10 @@ pub struct SoilPicture<'a> {
     pub title: String,
     /// Second line, smaller.
     pub subtitle: String,
-    /// Ground surface before the slide, m; empty where nothing has moved.
-    pub ground: Vec<(f64, f64)>,
-    /// Elevation of the rigid base, m.
-    pub base_m: f64,
+    /// Ground before, layers, water, obstacles, base.
+    pub setting: Setting,
+    /// Whether the soil may have moved: sheared soil has gaps between its points.
+    pub moved: bool,
     /// Side of the square drawn for a point, m.
     pub point_size_m: f64,
     /// Quantities, from top to bottom.
@@ -45,9 +47,9 @@ pub struct Panel<'a> {
     /// Its name and unit.
     pub label: String,
     /// Points' horizontal positions, m.
-    pub x: &'a [f64],
+    pub x: Cow<'a, [f64]>,
     /// Points' elevations, m.
-    pub y: &'a [f64],
+    pub y: Cow<'a, [f64]>,
     /// The quantity at the points.
     pub values: Vec<f64>,
     /// Values at the ends of the colour bar.
@@ -70,8 +72,10 @@ pub fn range(values: &[f64], from_zero: bool) -> (f64, f64) {
 impl SoilPicture<'_> {
     /// Horizontal and vertical range of everything drawn, m.
     fn extent(&self) -> ((f64, f64), (f64, f64)) {
-        let xs = self.panels.iter().flat_map(|p| p.x.iter().copied()).chain(self.ground.iter().map(|g| g.0));
-        let ys = self.panels.iter().flat_map(|p| p.y.iter().copied()).chain(self.ground.iter().map(|g| g.1));
+        let xs =
+            self.panels.iter().flat_map(|p| p.x.iter().copied()).chain(self.setting.corners().map(|c| c.0));
+        let ys =
+            self.panels.iter().flat_map(|p| p.y.iter().copied()).chain(self.setting.corners().map(|c| c.1));
         let span = |values: &mut dyn Iterator<Item = f64>| {
             values
                 .filter(|v| v.is_finite())
@@ -83,7 +87,10 @@ impl SoilPicture<'_> {
         }
         let margin = MARGIN_SHARE * (y.1 - y.0).max(self.point_size_m);
         let half = self.point_size_m / 2.0;
-        ((x.0 - half, x.1 + half + margin), (y.0.min(self.base_m) - margin / 2.0, y.1 + half + margin))
+        (
+            (x.0 - half, x.1 + half + margin),
+            (y.0.min(self.setting.base_m) - margin / 2.0, y.1 + half + margin),
+        )
     }
 
     /// Pixels per metre.
@@ -113,16 +120,16 @@ impl SoilPicture<'_> {
             x: Axis::linear("horizontal distance from the initial toe (m)", x0, x1),
             y: Axis::linear("elevation (m)", y0, y1),
         };
-        let base = frame.y_px(self.base_m).round() as i32;
-        // Soil that has not moved has no gaps to fill.
-        let sizes: &[f64] = if self.ground.is_empty() { &[OVERLAP] } else { &[UNDERLAY, OVERLAP] };
+        self.setting.draw_free_water(canvas, &frame)?;
+        if !self.moved {
+            // Where a panel has no points: layers without random fields.
+            self.setting.draw_ground(canvas, &frame)?;
+        }
+        let sizes: &[f64] = if self.moved { &[UNDERLAY, OVERLAP] } else { &[OVERLAP] };
         for size in sizes {
             self.draw_points(canvas, panel, &frame, size * self.point_size_m / 2.0)?;
         }
-        canvas.rectangle((frame.left, base), (frame.right, frame.bottom), RGBColor(0xe6, 0xe3, 0xdd), 1.0)?;
-        canvas.path(vec![(frame.left, base), (frame.right, base)], RGBColor(0x57, 0x53, 0x4e), 4)?;
-        let ground: Vec<(i32, i32)> = self.ground.iter().map(|&(x, y)| frame.point(x, y)).collect();
-        canvas.dashed(&ground, RGBColor(0x8a, 0x8f, 0x98), 3, (16.0, 10.0))?;
+        self.setting.draw_over(canvas, &frame)?;
         frame.draw_edges(canvas)?;
         frame.draw(canvas, false)?;
         draw_bar(canvas, panel, &frame)
@@ -136,7 +143,7 @@ impl SoilPicture<'_> {
         frame: &Frame,
         half: f64,
     ) -> Result<(), PictureError> {
-        for ((&x, &y), &value) in panel.x.iter().zip(panel.y).zip(&panel.values) {
+        for ((&x, &y), &value) in panel.x.iter().zip(panel.y.iter()).zip(&panel.values) {
             if !(x.is_finite() && y.is_finite()) {
                 continue;
             }

@@ -8,7 +8,7 @@ use runout_core::estimate::exceedance::{self, EmpiricalDistance, Point};
 use runout_core::estimate::interval::{self, Interval};
 use runout_core::estimate::moments::Moments;
 use runout_core::estimate::{Decision, Estimate, Estimator};
-use runout_core::outcome::{Outcome, OutcomeKind, Reason};
+use runout_core::outcome::{Outcome, OutcomeKind};
 
 /// Exceedance probabilities whose distances the report gives.
 pub const PROBABILITIES: [f64; 3] = [0.1, 0.01, 0.001];
@@ -34,7 +34,7 @@ pub struct Analysis {
     /// Distances at [`PROBABILITIES`].
     pub distances: Vec<Distance>,
     /// Realisations to name: failed analyses and samples still moving at the end, with their reasons.
-    pub remarkable: Vec<(u64, OutcomeKind, Reason)>,
+    pub remarkable: Vec<(u64, OutcomeKind, &'static str)>,
 }
 
 /// Mean and variance after some samples, with intervals.
@@ -132,10 +132,10 @@ fn convergence(samples_m: &[f64], confidence: f64) -> Vec<ConvergencePoint> {
     points
 }
 
-fn remarkable(outcomes: &[Outcome]) -> Vec<(u64, OutcomeKind, Reason)> {
+fn remarkable(outcomes: &[Outcome]) -> Vec<(u64, OutcomeKind, &'static str)> {
     outcomes
         .iter()
-        .filter(|o| o.outcome == OutcomeKind::Failed || o.reason == Reason::StillMoving)
-        .map(|o| (o.index, o.outcome, o.reason))
+        .filter(|o| o.outcome == OutcomeKind::Failed || !o.mark().is_empty())
+        .map(|o| (o.index, o.outcome, if o.mark().is_empty() { o.reason.name() } else { o.mark() }))
         .collect()
 }

@@ -4,8 +4,10 @@ use super::analysis::Analysis;
 use super::families::{FittedFamily, Method};
 use crate::picture::axes::{Axis, round_ticks};
 use crate::picture::chart::{Chart, Layer, Legend, SERIES, Series};
+use crate::picture::section::Section;
 use crate::picture::{self, GREY, INK, PictureError};
 use plotters::style::RGBColor;
+use runout_core::campaign::{InitialPorePressure, Model};
 use runout_core::marginal::Family;
 
 /// Abscissae of a smooth curve: more would show the rounding to whole pixels as a tremble.
@@ -20,6 +22,27 @@ pub struct Figure {
     pub caption: String,
     /// SVG document.
     pub svg: String,
+}
+
+/// The section as the campaign file gives it.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn section(model: &Model) -> Result<Figure, PictureError> {
+    let mut caption = "The section before failure, to scale".to_owned();
+    if !model.layers.is_empty() {
+        caption.push_str("; layers by their names");
+    }
+    if model.water.initial_pore_pressure != InitialPorePressure::None {
+        caption.push_str("; dashed: water table at the start where it is below the ground");
+    }
+    if model.water.free_water_level_m.is_some() {
+        caption.push_str("; blue: free water");
+    }
+    if !model.obstacles.is_empty() {
+        caption.push_str("; dark: rigid obstacles, their sides on the grid");
+    }
+    Ok(Figure { name: "section", caption: caption + ".", svg: picture::svg(&Section::of(model))? })
 }
 
 /// Every figure that the outcomes allow, in the order in which the page shows them.

@@ -1,9 +1,11 @@
 //! The page's second half: what went in, and how to get the same out again.
 
 use super::Material;
-use super::html::{escape, from_table, paragraph, table};
+use super::figures::Figure;
+use super::html::{escape, figure, from_table, paragraph, table};
 use crate::fit_tables;
-use runout_core::campaign::Recipe;
+use crate::table::significant;
+use runout_core::campaign::{Recipe, Slope, Surface};
 use std::fmt::Write as _;
 
 /// Site data and fits.
@@ -55,8 +57,9 @@ pub(super) fn soil(material: &Material<'_>) -> String {
     html
 }
 
-/// Every key of the campaign file: there are no others, because nothing that moves the answer has a default.
-pub(super) fn inputs(material: &Material<'_>) -> String {
+/// The section, its materials, and every key of the campaign file: there are no others, because nothing that moves the
+/// answer has a default.
+pub(super) fn inputs(material: &Material<'_>, figures: &[Figure]) -> String {
     let rows = match material.campaign_text.parse::<toml::Table>() {
         Ok(file) => {
             let mut rows = Vec::new();
@@ -67,8 +70,27 @@ pub(super) fn inputs(material: &Material<'_>) -> String {
         Err(error) => vec![("campaign.toml".to_owned(), error.message().to_owned())],
     };
     let rows: Vec<(bool, Vec<String>)> = rows.into_iter().map(|(k, v)| (false, vec![k, v])).collect();
-    paragraph("As written in the campaign file. Nothing that moves the answer has a hidden default.")
-        + &table(&["key", "value"], &rows)
+    let section = figures.iter().find(|f| f.name == "section").map(|f| figure(&f.svg, &f.caption));
+    let mut html = section.unwrap_or_default();
+    html.push_str(&profile(&material.spec.model.slope));
+    html.push_str(&paragraph(
+        "As written in the campaign file. Nothing that moves the answer has a hidden default.",
+    ));
+    html + &table(&["key", "value"], &rows)
+}
+
+/// The surveyed points, if the surface is a profile.
+fn profile(slope: &Slope) -> String {
+    let Surface::Profile { line, .. } = &slope.surface else { return String::new() };
+    let rows: Vec<(bool, Vec<String>)> = line
+        .points()
+        .iter()
+        .map(|point| (false, point.iter().map(|v| significant(*v, 7)).collect()))
+        .collect();
+    format!(
+        "<details><summary>The surveyed profile, m from the toe</summary>{}</details>",
+        table(&["x (m)", "y (m)"], &rows)
+    )
 }
 
 /// Identity of the campaign, versions, and the commands that give the same again.
@@ -105,13 +127,26 @@ fn flatten(prefix: &str, value: &toml::Value, rows: &mut Vec<(String, String)>) 
     match value {
         toml::Value::Table(entries) => {
             // Plain values first, so that a section's own keys stand before its subsections'.
-            let (sections, plain): (Vec<_>, Vec<_>) = entries.iter().partition(|(_, v)| v.is_table());
+            let (sections, plain): (Vec<_>, Vec<_>) = entries.iter().partition(|(_, v)| is_section(v));
             for (key, value) in plain.into_iter().chain(sections) {
                 let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
                 flatten(&path, value, rows);
             }
         }
+        // Sections that are repeated count from 1, or go by their names.
+        toml::Value::Array(items) if is_section(value) => {
+            for (i, item) in items.iter().enumerate() {
+                let name = item.get("name").and_then(toml::Value::as_str);
+                let path = name.map_or_else(|| format!("{prefix}[{}]", i + 1), |n| format!("{prefix}.{n}"));
+                flatten(&path, item, rows);
+            }
+        }
         toml::Value::String(text) => rows.push((prefix.to_owned(), text.clone())),
         other => rows.push((prefix.to_owned(), other.to_string())),
     }
+}
+
+fn is_section(value: &toml::Value) -> bool {
+    let tables = |items: &Vec<toml::Value>| !items.is_empty() && items.iter().all(toml::Value::is_table);
+    value.is_table() || value.as_array().is_some_and(tables)
 }

@@ -53,7 +53,8 @@ pub struct Report {
 /// A figure that cannot be drawn.
 pub fn report(material: &Material<'_>) -> Result<Report, PictureError> {
     let analysis = analysis::analyse(material.campaign, material.outcomes);
-    let figures = figures::figures(&analysis)?;
+    let mut figures = vec![figures::section(&material.spec.model)?];
+    figures.extend(figures::figures(&analysis)?);
     let html = page::page(material, &analysis, &figures);
     Ok(Report { html, figures })
 }

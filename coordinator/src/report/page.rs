@@ -31,7 +31,7 @@ pub(super) fn page(material: &Material<'_>, analysis: &Analysis, figures: &[Figu
     section(&mut html, "Convergence", &convergence(material, analysis, figures));
     section(&mut html, "What became of the realisations", &realisations(material, analysis));
     section(&mut html, "Soil", &inputs::soil(material));
-    section(&mut html, "Every input that moves the answer", &inputs::inputs(material));
+    section(&mut html, "Every input that moves the answer", &inputs::inputs(material, figures));
     section(&mut html, "Where these numbers come from", &inputs::provenance(material));
     html + "</body></html>\n"
 }
@@ -183,6 +183,7 @@ fn realisations(material: &Material<'_>, analysis: &Analysis) -> String {
         ("of these, still moving at the end".to_owned(), estimate.still_moving),
         ("stable".to_owned(), estimate.stable),
         ("failed analyses".to_owned(), estimate.failed),
+        ("with an energy balance that drifts beyond the limit".to_owned(), estimate.energy_drifted),
         ("all".to_owned(), estimate.realisations),
     ];
     let rows: Vec<(bool, Vec<String>)> =
@@ -191,11 +192,11 @@ fn realisations(material: &Material<'_>, analysis: &Analysis) -> String {
     html + &remarkable(analysis)
 }
 
-/// Failed and still moving realisations by kind and reason, for `runout replay`.
+/// Failed and marked realisations by kind and reason or mark, for `runout replay`.
 fn remarkable(analysis: &Analysis) -> String {
     let mut groups: BTreeMap<(&str, &str), Vec<u64>> = BTreeMap::new();
     for (index, kind, reason) in &analysis.remarkable {
-        groups.entry((kind.name(), reason.name())).or_default().push(*index);
+        groups.entry((kind.name(), reason)).or_default().push(*index);
     }
     let line = |((kind, reason), indices): (&(&str, &str), &Vec<u64>)| {
         let named: Vec<String> = indices.iter().take(MOST_NAMED).map(u64::to_string).collect();

@@ -160,6 +160,7 @@ pub fn sync_folder_of(path: &Path) -> io::Result<()> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use runout_core::gimp::Energy;
     use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 
     pub(crate) fn record(index: u64) -> Record {
@@ -178,6 +179,8 @@ pub(crate) mod tests {
             outcome: OutcomeKind::Runout,
             reason: Reason::AtRest,
             measures: Some(measures),
+            energy: Some(Energy { outer_work_j: x, ..Energy::default() }),
+            energy_drifted: false,
             simulated_s: x,
             steps: index,
             points: 100,

@@ -29,8 +29,8 @@ pub fn page(ran: &[Ran], drawn: &[Vec<Drawn>], depth: Depth, kernel: &str) -> St
     );
     html.push_str(&from_table(&summary(ran)));
     html.push_str(&paragraph(
-        "Every kernel gives the same bits, so that what holds for one holds for all. Errors are relative where the tolerance is in \
-         percent. <i>info</i>: shown beside a reference, without a verdict.",
+        "Every kernel gives the same bits, so that what holds for one holds for all. Errors are relative where the \
+         tolerance is in percent. <i>info</i>: shown beside a reference, without a verdict.",
     ));
     for (ran, drawn) in ran.iter().zip(drawn) {
         html.push_str(&section(ran, drawn));

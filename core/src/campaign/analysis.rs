@@ -97,4 +97,7 @@ pub struct Analysis {
     /// Rest, absolute, two phases: change of pore pressure (root mean square over the points) in the time left, at its
     /// present rate, below which it has settled, Pa.
     pub rest_pore_pressure_change_pa: f64,
+    /// Share of the available energy by which the balance may drift before a realisation is marked (see
+    /// [`crate::gimp::Energy::drift`]).
+    pub energy_drift_limit: f64,
 }

@@ -4,6 +4,7 @@
 //! towards x > 0, y is up.
 
 use super::Polyline;
+use crate::site::Property;
 use serde::{Deserialize, Serialize};
 
 /// Slope geometry.
@@ -105,6 +106,17 @@ pub struct Soil {
     pub porosity: f64,
     /// Hydraulic conductivity, m/s.
     pub permeability_m_s: f64,
+}
+
+impl Soil {
+    /// The constant of a property, SI; absent where it is random.
+    pub fn constant(&self, property: Property) -> Option<f64> {
+        match property {
+            Property::Cohesion => self.cohesion_pa,
+            Property::FrictionAngle => self.friction_angle_rad,
+            Property::UnitWeight => self.unit_weight_n_m3,
+        }
+    }
 }
 
 /// Exponential decay of strength from peak to residual with the shear displacement across a band one cell wide (see

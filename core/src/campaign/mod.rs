@@ -21,7 +21,7 @@ pub use fitting::{CopulaChoice, Criterion, FitSettings, MarginalChoice, Recipe};
 pub use ground::{Contact, Layer, Mesh, Obstacle, Slope, Softening, Soil, Surface};
 pub use polyline::{LineFault, Polyline};
 pub use stopping::{ExceedanceTarget, OnFailure, Run, RunoutMeasure, Sample, Stop, StopRule};
-pub use water::{GroundSurface, InitialPorePressure, Water, WaterTable};
+pub use water::{GroundSurface, InitialPorePressure, Water, WaterAboveTable, WaterTable};
 
 use crate::site::{Property, ZeroRule};
 use serde::{Deserialize, Serialize};

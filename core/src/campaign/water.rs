@@ -26,6 +26,16 @@ pub enum InitialPorePressure {
     Hydrostatic(WaterTable),
 }
 
+/// What the water above the water table does; without a table, all of the water.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaterAboveTable {
+    /// The skeleton holds it, as capillary water: without pore pressure it is in equilibrium.
+    Held,
+    /// It sinks through the skeleton under its weight, so that pore pressure builds up from below.
+    Sinks,
+}
+
 /// Hydraulic condition of the ground surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -46,6 +56,8 @@ pub struct Water {
     pub bulk_modulus_pa: f64,
     /// Pore pressure at the start.
     pub initial_pore_pressure: InitialPorePressure,
+    /// What the water above the water table does.
+    pub above_table: WaterAboveTable,
     /// Elevation above the toe of standing water outside the soil, m; absent: there is none. Two phases only.
     pub free_water_level_m: Option<f64>,
     /// Hydraulic condition of the ground surface.

@@ -90,6 +90,8 @@ pub struct Estimate {
     pub failed: u64,
     /// Samples whose material still moved when the analysis ended: their runout is a lower bound.
     pub still_moving: u64,
+    /// Realisations, samples or stable, whose balance of energy drifted beyond the limit.
+    pub energy_drifted: u64,
     /// Confidence level of every interval here.
     pub confidence: f64,
     /// Mean runout, m.
@@ -139,6 +141,7 @@ pub struct Estimator {
     stable: u64,
     failed: u64,
     still_moving: u64,
+    energy_drifted: u64,
     samples_m: Vec<f64>,
     history: Vec<Iterate>,
     moments: Moments,
@@ -159,6 +162,7 @@ impl Estimator {
             stable: 0,
             failed: 0,
             still_moving: 0,
+            energy_drifted: 0,
             samples_m: Vec::new(),
             history: Vec::new(),
             moments: Moments::default(),
@@ -185,6 +189,7 @@ impl Estimator {
         }
         self.realisations += 1;
         let runout_m = outcome.measures.as_ref().map(|m| self.measure.of(m)).filter(|r| r.is_finite());
+        self.energy_drifted += u64::from(outcome.energy_drifted);
         let mut failure = None;
         match (outcome.outcome, runout_m) {
             (OutcomeKind::Runout, Some(runout_m)) => {
@@ -277,6 +282,7 @@ impl Estimator {
             stable: self.stable,
             failed: self.failed,
             still_moving: self.still_moving,
+            energy_drifted: self.energy_drifted,
             confidence,
             mean_m,
             mean_interval_m: interval::mean(&self.moments, confidence),

@@ -11,9 +11,10 @@ use super::advance::{Arena, StepReport};
 use super::lanes::{Baseline, Lanes, V8};
 use super::setup::Fluid;
 use super::water;
+use serde::{Deserialize, Serialize};
 
 /// Energies and work since the start of an analysis, J per metre of width.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Work done by weight, buoyancy and external forces.
     pub outer_work_j: f64,

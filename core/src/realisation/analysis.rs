@@ -3,8 +3,8 @@
 use super::insitu::InSitu;
 use super::progress::{Cancelled, Progress};
 use super::{PointProperties, Prepared, record};
-use crate::campaign::Formulation;
-use crate::gimp::{self, Body, End, InitialPoints, Limits, MaterialError, RestRule, State};
+use crate::campaign::{Formulation, WaterAboveTable};
+use crate::gimp::{self, Body, End, Energy, InitialPoints, Limits, MaterialError, RestRule, State};
 use crate::outcome::{Outcome, Reason};
 use crate::slope;
 use std::ops::ControlFlow;
@@ -55,6 +55,7 @@ pub(super) struct Failure {
     pub(super) end: End,
     pub(super) simulated_s: f64,
     pub(super) steps: u64,
+    pub(super) energy: Energy,
     /// Whether the material still moved when the duration was over.
     pub(super) moving: bool,
 }
@@ -140,7 +141,14 @@ impl Prepared {
         let moving = before_stretch.is_some_and(|(since, before)| {
             gimp::net_velocity(&before, &body.positions(), body.time_s() - since) > analysis.rest_velocity_m_s
         });
-        Ok(Failure { end, simulated_s: body.time_s(), steps: body.steps(), moving, state })
+        Ok(Failure {
+            end,
+            simulated_s: body.time_s(),
+            steps: body.steps(),
+            energy: body.energy(),
+            moving,
+            state,
+        })
     }
 
     fn observe(
@@ -165,7 +173,8 @@ impl Prepared {
         let model = &self.spec.model;
         let volume = self.points.spacing_m * self.points.spacing_m;
         let count = self.points.len();
-        let two = model.analysis.formulation == Formulation::TwoPhase;
+        let may_hold = model.analysis.formulation == Formulation::TwoPhase
+            && model.water.above_table == WaterAboveTable::Held;
         InitialPoints {
             x: start.x.clone(),
             y: start.y.clone(),
@@ -182,13 +191,13 @@ impl Prepared {
             cohesion: properties.cohesion_pa.clone(),
             friction_angle: properties.friction_angle_rad.clone(),
             material: self.materials.clone(),
-            water_held: (0..count).map(|i| two && self.is_water_held(i)).collect(),
+            water_held: (0..count).map(|i| may_hold && self.is_water_held(i)).collect(),
             force: vec![[0.0; 2]; count],
         }
     }
 
-    /// Whether point `i` starts without pore pressure: its water then hangs in the skeleton, whose effective stresses
-    /// carry its weight from the start.
+    /// Whether point `i` starts above the water table: its water can hang in the skeleton, whose effective stresses carry
+    /// its weight from the start.
     fn is_water_held(&self, i: usize) -> bool {
         let water = &self.spec.model.water;
         let level = slope::water::pressure_level_m(&self.spec.model.slope, water, self.points.x[i]);

@@ -4,7 +4,7 @@ use super::{Prepared, Progress};
 use crate::campaign::{
     Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
     InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
-    VolumetricStrain, Water, WaterTable,
+    VolumetricStrain, Water, WaterAboveTable, WaterTable,
 };
 use crate::copula::Copula;
 use crate::gimp::Kernel;
@@ -74,6 +74,7 @@ fn model() -> Model {
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::Hydrostatic(WaterTable::GroundSurface),
             free_water_level_m: None,
+            above_table: WaterAboveTable::Held,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 1e3,
         },
@@ -97,6 +98,7 @@ fn model() -> Model {
             rest_velocity_m_s: 1e-3,
             rest_hold_s: 0.01,
             rest_pore_pressure_change_pa: 100.0,
+            energy_drift_limit: 0.05,
         },
         sample: Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 1e-3 },
         maximum_steps: 1000,

@@ -1,7 +1,6 @@
 //! The soil properties of the material points in one realisation.
 
 use super::{Prepared, Source};
-use crate::campaign::Soil;
 use crate::site::Property;
 
 const PA_PER_KPA: f64 = 1e3;
@@ -29,17 +28,17 @@ impl Prepared {
             _ => self.spec.random.iter().map(|r| vec![r.marginal.mean(); count]).collect(),
         };
         let materials = self.spec.model.materials();
-        let of_points = |property: Property, unit: f64, constant: fn(&Soil) -> Option<f64>| {
-            let constants: Vec<Option<f64>> = materials.iter().map(|soil| constant(soil)).collect();
+        let of_points = |property: Property, unit: f64| {
+            let constants: Vec<Option<f64>> = materials.iter().map(|soil| soil.constant(property)).collect();
             let random = self.spec.random.iter().position(|r| r.property == property);
             let field = |i: usize| random.map_or(f64::NAN, |j| values[j][i] * unit);
             let at = |i: usize| constants[usize::from(self.materials[i])].unwrap_or_else(|| field(i));
             (0..count).map(at).collect()
         };
         PointProperties {
-            cohesion_pa: of_points(Property::Cohesion, PA_PER_KPA, |s| s.cohesion_pa),
-            friction_angle_rad: of_points(Property::FrictionAngle, RAD_PER_DEG, |s| s.friction_angle_rad),
-            unit_weight_n_m3: of_points(Property::UnitWeight, N_PER_KN, |s| s.unit_weight_n_m3),
+            cohesion_pa: of_points(Property::Cohesion, PA_PER_KPA),
+            friction_angle_rad: of_points(Property::FrictionAngle, RAD_PER_DEG),
+            unit_weight_n_m3: of_points(Property::UnitWeight, N_PER_KN),
         }
     }
 

@@ -25,6 +25,8 @@ pub(super) fn outcome(prepared: &Prepared, index: u64, start: &InSitu, failure: 
         let moved = Moved { x0: &start.x, y0: &start.y, x: &state.x, y: &state.y, volume: &state.volume };
         runout::measure(&moved, slope, mesh, sample.threshold_m, rest)
     });
+    let energy = (!failed).then_some(failure.energy);
+    let limit = prepared.spec.model.analysis.energy_drift_limit;
     let kind = match &measures {
         None => OutcomeKind::Failed,
         Some(m) if sample.measure.of(m) > sample.threshold_m => OutcomeKind::Runout,
@@ -35,6 +37,8 @@ pub(super) fn outcome(prepared: &Prepared, index: u64, start: &InSitu, failure: 
         outcome: kind,
         reason,
         measures,
+        energy,
+        energy_drifted: energy.is_some_and(|e| !(e.drift().abs() <= limit)),
         simulated_s: failure.simulated_s,
         steps: failure.steps,
         points: prepared.points() as u64,
@@ -50,6 +54,8 @@ pub(super) fn unstarted(prepared: &Prepared, index: u64, reason: Reason) -> Outc
         outcome: OutcomeKind::Failed,
         reason,
         measures: None,
+        energy: None,
+        energy_drifted: false,
         simulated_s: 0.0,
         steps: 0,
         points: prepared.points() as u64,
@@ -99,6 +105,22 @@ fn digest(outcome: &Outcome, state: Option<&State>) -> String {
             m.moved_area_m2,
             m.deposit_height_at_toe_m,
             m.time_to_rest_s.unwrap_or(f64::NAN),
+        ] {
+            number(value);
+        }
+    }
+    if let Some(e) = &outcome.energy {
+        for value in [
+            e.outer_work_j,
+            e.kinetic_j,
+            e.elastic_j,
+            e.pore_water_j,
+            e.plastic_j,
+            e.drag_j,
+            e.contact_j,
+            e.damping_j,
+            e.drift_j,
+            e.available_j,
         ] {
             number(value);
         }

@@ -51,7 +51,7 @@ pub fn free_water_pressure(water: &Water, gravity_m_s2: f64, y: f64, size: f64) 
 mod tests {
     use super::super::tests::PAPER;
     use super::*;
-    use crate::campaign::{GroundSurface, Polyline};
+    use crate::campaign::{GroundSurface, Polyline, WaterAboveTable};
 
     fn water(table: WaterTable, free_water_level_m: Option<f64>) -> Water {
         Water {
@@ -59,6 +59,7 @@ mod tests {
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::Hydrostatic(table),
             free_water_level_m,
+            above_table: WaterAboveTable::Held,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 1e5,
         }

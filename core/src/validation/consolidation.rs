@@ -13,12 +13,14 @@ use crate::gimp::{Body, Grid, InitialPoints, Setup, Support};
 pub(super) const STEP_LOAD: Case = Case {
     name: "consolidation",
     title: "Consolidation under a step load (Terzaghi)",
-    about: "A saturated column of 1 m (E_oed 10 MPa, Poisson's ratio 0, porosity 0.3, k 1e-3 m/s, K_w 2.2 GPa) under a load \
-            of 10 kPa, drained at its top. The load is realised without a traction: stresses are counted from the loaded state, so that \
-            the column starts with the undrained response p0 = q Q / (Q + E_oed), Q = K_w / n, and the effective stress +p0, free of total stress; \
-            for linear elasticity that is the same problem. Reference: Terzaghi's series with c_v = k / gamma_w / (1 / E_oed + n / K_w). \
-            Tolerances: root mean square error of the cell means 1 % of p0, degree of consolidation 0.01. The dynamic solution of the same \
-            equations differs from Terzaghi's by up to 0.4 % of p0 at Tv = 0.05 and 0.2 % later (fine finite differences).",
+    about: "A saturated column of 1 m (E_oed 10 MPa, Poisson's ratio 0, porosity 0.3, k 1e-3 m/s, K_w 2.2 \
+            GPa) under a load of 10 kPa, drained at its top. The load is realised without a traction: \
+            stresses are counted from the loaded state, so that the column starts with the undrained \
+            response p0 = q Q / (Q + E_oed), Q = K_w / n, and the effective stress +p0, free of total \
+            stress; for linear elasticity that is the same problem. Reference: Terzaghi's series with c_v = \
+            k / gamma_w / (1 / E_oed + n / K_w). Tolerances: root mean square error of the cell means 1 % of \
+            p0, degree of consolidation 0.01. The dynamic solution of the same equations differs from \
+            Terzaghi's by up to 0.4 % of p0 at Tv = 0.05 and 0.2 % later (fine finite differences).",
     run: step_load,
 };
 
@@ -26,9 +28,11 @@ pub(super) const STEP_LOAD: Case = Case {
 pub(super) const SELF_WEIGHT: Case = Case {
     name: "self-weight-consolidation",
     title: "Consolidation under self-weight",
-    about: "The same column under gravity; at the start the water carries the whole weight, p = gamma_sat times the depth. Reference: series \
-            solution for the triangular initial excess pressure; settlement gamma' H^2 / (2 E_oed) at the end. Tolerances: root mean square \
-            error of the cell means 0.005 of gamma' H (an independent GIMP program of the same scheme: 0.0008), degree of consolidation 0.01.",
+    about: "The same column under gravity; at the start the water carries the whole weight, p = gamma_sat \
+            times the depth. Reference: series solution for the triangular initial excess pressure; \
+            settlement gamma' H^2 / (2 E_oed) at the end. Tolerances: root mean square error of the cell \
+            means 0.005 of gamma' H (an independent GIMP program of the same scheme: 0.0008), degree of \
+            consolidation 0.01.",
     run: self_weight,
 };
 
@@ -36,10 +40,11 @@ pub(super) const SELF_WEIGHT: Case = Case {
 pub(super) const BOTH_ENDS: Case = Case {
     name: "both-ends-drained",
     title: "Consolidation of a column drained at both ends",
-    about: "A column of 2 m, as in the case with a step load, with a free surface at each end and no gravity: by symmetry its middle is an \
-            impervious base, and each half follows Terzaghi's series with the drainage path 1 m. Neither end touches a wall, so that both pore \
-            pressures vanish in the natural way only; the column must also stay where it is. Tolerances as for one end; drift of the centre of \
-            mass 1e-9 m.",
+    about: "A column of 2 m, as in the case with a step load, with a free surface at each end and no \
+            gravity: by symmetry its middle is an impervious base, and each half follows Terzaghi's series \
+            with the drainage path 1 m. Neither end touches a wall, so that both pore pressures vanish in \
+            the natural way only; the column must also stay where it is. Tolerances as for one end; drift of \
+            the centre of mass 1e-9 m.",
     run: both_ends,
 };
 

@@ -8,9 +8,10 @@ use crate::campaign::Formulation;
 pub(super) const CASE: Case = Case {
     name: "hydrostatic-column",
     title: "Saturated column at rest",
-    about: "A saturated column of 2 m (E_oed 10 MPa, porosity 0.3, k 1e-3 m/s) under gravity with hydrostatic pore pressure gamma_w z and effective \
-            stress -(gamma_sat - gamma_w) z, local damping 0.05. Equilibrium is exact for linear profiles at the quarters of cells, \
-            surface included: in the discrete equations nothing may move. Tolerances: 1e-6 m and 1e-6 of gamma_w H.",
+    about: "A saturated column of 2 m (E_oed 10 MPa, porosity 0.3, k 1e-3 m/s) under gravity with \
+            hydrostatic pore pressure gamma_w z and effective stress -(gamma_sat - gamma_w) z, local damping \
+            0.05. Equilibrium is exact for linear profiles at the quarters of cells, surface included: in \
+            the discrete equations nothing may move. Tolerances: 1e-6 m and 1e-6 of gamma_w H.",
     run,
 };
 

@@ -1,6 +1,7 @@
 //! What the cases measure on points and on time series.
 
-/// Mean of `values` over the points of each row of cells, from below, by the points' elevation `start_y` at the start.
+/// Mean of `values` over the points of each row of cells, from below, by the points' elevation `start_y` at the
+/// start.
 ///
 /// The points' own stresses are a staircase (linear shape functions have constant gradients within a cell), while
 /// their mean over a cell converges with the second power of its size: the cell means are what is compared.
@@ -51,6 +52,12 @@ pub(super) fn period(series: &[[f64; 2]]) -> f64 {
     let crossings = zero_crossings(series);
     let (Some(first), Some(last)) = (crossings.first(), crossings.last()) else { return f64::NAN };
     2.0 * (last - first) / (crossings.len() - 1) as f64
+}
+
+/// About `most` samples of `series` up to abscissa `end`.
+pub(super) fn every(series: &[[f64; 2]], end: f64, most: usize) -> Vec<[f64; 2]> {
+    let until = series.partition_point(|s| s[0] <= end);
+    series[..until].iter().step_by((until / most).max(1)).copied().collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A worker whose realisations take a set time and follow from (seed, index) alone: for tests of everything around
 //! the analysis. Faults are asked for by environment variables.
 
+use runout_core::gimp::Energy;
 use runout_core::gimp::Kernel;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{Cancelled, Progress};
@@ -67,6 +68,8 @@ fn outcome(seed: u64, index: u64, other_bits: bool) -> Outcome {
             deposit_height_at_toe_m: byte(5) / 256.0,
             time_to_rest_s: Some(byte(6) / 32.0),
         }),
+        energy: Some(Energy { outer_work_j: byte(8), ..Energy::default() }),
+        energy_drifted: false,
         simulated_s: byte(7) / 16.0,
         steps: index * 10,
         points: 100,
@@ -80,6 +83,7 @@ fn failed(index: u64) -> Outcome {
         outcome: OutcomeKind::Failed,
         reason: Reason::NonFinite,
         measures: None,
+        energy: None,
         ..outcome(0, index, false)
     }
 }

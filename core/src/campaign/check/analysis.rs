@@ -66,5 +66,6 @@ pub(super) fn check_analysis(raw: &AnalysisSection) -> Checked<Analysis> {
             "analysis.rest_pore_pressure_change_kpa",
             raw.rest_pore_pressure_change_kpa,
         )? * PA_PER_KPA,
+        energy_drift_limit: positive("analysis.energy_drift_limit", raw.energy_drift_limit)?,
     })
 }

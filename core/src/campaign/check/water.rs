@@ -2,7 +2,9 @@
 
 use super::{Checked, PA_PER_KPA, PA_PER_MPA, needed, non_negative, positive, refuse, within, word};
 use crate::campaign::file::{WaterSection, WaterTableText};
-use crate::campaign::{Analysis, Formulation, GroundSurface, InitialPorePressure, Slope, Water, WaterTable};
+use crate::campaign::{
+    Analysis, Formulation, GroundSurface, InitialPorePressure, Slope, Water, WaterAboveTable, WaterTable,
+};
 use crate::slope;
 
 /// `origin`: the toe in the file's coordinates.
@@ -41,6 +43,11 @@ pub(super) fn check_water(
         density_kg_m3: positive("water.density_kg_m3", raw.density_kg_m3)?,
         bulk_modulus_pa: positive("water.bulk_modulus_mpa", raw.bulk_modulus_mpa)? * PA_PER_MPA,
         initial_pore_pressure: initial,
+        above_table: word(
+            "water.water_above_table",
+            &raw.water_above_table,
+            &[("held", WaterAboveTable::Held), ("sinks", WaterAboveTable::Sinks)],
+        )?,
         free_water_level_m,
         ground_surface: word(
             "water.ground_surface",

@@ -187,6 +187,8 @@ pub struct AnalysisSection {
     /// Rest, absolute, two phases: at its present rate the pore pressure (root mean square over the points) would
     /// change by less than this in the time left, kPa.
     pub rest_pore_pressure_change_kpa: f64,
+    /// Share of the available energy by which the balance of energy may drift before a realisation is marked.
+    pub energy_drift_limit: f64,
 }
 
 /// `initial_stress = "gravity" | { k0 = value }`

@@ -1,4 +1,7 @@
-//! The return to the Mohr-Coulomb surface against reference values (B8, B9) and against an independent formula.
+//! The return to the Mohr-Coulomb surface against reference values (B8, B9) and, in `koiter`, against an
+//! independent solution.
+
+mod koiter;
 
 use super::*;
 use crate::gimp::lanes::{Baseline, V8};
@@ -57,10 +60,6 @@ impl Soil {
             apex: Baseline::splat(self.apex()),
             tension: Baseline::splat(self.tension),
         }
-    }
-
-    fn excess(&self, a: f64, b: f64) -> f64 {
-        (a - b) + (a + b) * self.sin_phi - 2.0 * self.cohesion * self.cos_phi
     }
 }
 
@@ -128,8 +127,8 @@ fn close(found: f64, expected: f64, relative: f64) {
     );
 }
 
-/// B8: elastic slope, yield, sigma_zz and peak of a drained biaxial test; tolerance 1e-6 for a single point, but for
-/// the strain at yield, which is known to one step (1e-5 of 8e-3).
+/// B8: elastic slope, yield, sigma_zz and peak of a drained biaxial test; tolerance 1e-6 for a single point, but
+/// for the strain at yield, which is known to one step (1e-5 of 8e-3).
 #[test]
 fn drained_biaxial_test() {
     let r = &reference()["biaxial"];
@@ -183,80 +182,6 @@ fn undrained_biaxial_test() {
     let (stress, _, pressure) = path.last().unwrap();
     close(stress[0] - stress[1], r["q_fail"].as_f64().unwrap(), 5e-3);
     close(*pressure, r["excess_pw_at_fail"].as_f64().unwrap(), 5e-3);
-}
-
-/// The independent formula: every set of one or two of the six planes is solved, and the only admissible solution
-/// with non-negative multipliers is the return; if there is none, it is the apex.
-fn enumerate(elastic: &Constants, soil: &Soil, s: [f64; 3]) -> [f64; 3] {
-    let planes = [(0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1)];
-    let scale = s.iter().fold(soil.cohesion, |a, b| a.max(b.abs())).max(1.0);
-    let admissible = |t: &[f64; 3]| planes.iter().all(|&(a, b)| soil.excess(t[a], t[b]) <= 1e-9 * scale);
-    if admissible(&s) {
-        return s;
-    }
-    let lame = elastic.bulk - 2.0 / 3.0 * elastic.shear;
-    let flow = |(a, b): (usize, usize)| {
-        let mut m = [0.0; 3];
-        (m[a], m[b]) = (1.0 + elastic.sin_psi, -(1.0 - elastic.sin_psi));
-        m.map(|c| lame * 2.0 * elastic.sin_psi + 2.0 * elastic.shear * c)
-    };
-    let along =
-        |(a, b): (usize, usize), r: &[f64; 3]| (1.0 + soil.sin_phi) * r[a] - (1.0 - soil.sin_phi) * r[b];
-    for (k, &p) in planes.iter().enumerate() {
-        let r = flow(p);
-        let multiplier = soil.excess(s[p.0], s[p.1]) / along(p, &r);
-        let t: [f64; 3] = std::array::from_fn(|i| s[i] - multiplier * r[i]);
-        if multiplier >= 0.0 && admissible(&t) {
-            return t;
-        }
-        for &q in &planes[k + 1..] {
-            let u = flow(q);
-            let (a, b, c, d) = (along(p, &r), along(p, &u), along(q, &r), along(q, &u));
-            let determinant = a * d - b * c;
-            if determinant.abs() < 1e-9 * a * a {
-                continue;
-            }
-            let (f, g) = (soil.excess(s[p.0], s[p.1]), soil.excess(s[q.0], s[q.1]));
-            let (m, n) = ((d * f - b * g) / determinant, (a * g - c * f) / determinant);
-            let t: [f64; 3] = std::array::from_fn(|i| s[i] - m * r[i] - n * u[i]);
-            if m >= 0.0 && n >= 0.0 && admissible(&t) {
-                return t;
-            }
-        }
-    }
-    [soil.apex(); 3]
-}
-
-/// Plane, both edges and apex, by enumeration, over a spread of trial stresses, friction and dilation; 1e-9 of the
-/// stresses' size is round-off through a 2 x 2 solve.
-#[test]
-fn returns_agree_with_the_enumeration_of_all_planes() {
-    let mut seen = [0_usize; 4];
-    for (phi, psi, cohesion) in [(25.0, 0.0, 10e3), (25.0, 10.0, 10e3), (30.0, 30.0, 5e3), (40.0, 0.0, 0.0)] {
-        let (elastic, soil) = (elastic(100e6, 0.35, psi), Soil::new(cohesion, phi, None));
-        for k in 0..4000 {
-            let number = |step: f64| ((f64::from(k) * step).fract() - 0.7) * 200e3;
-            let s = [number(0.618_033_9), number(0.754_877_6), number(0.569_840_2)];
-            let (found, plastic) = one(&elastic, &soil, [s[0], s[1], s[2], 0.0], [0.0; 3]);
-            let expected = enumerate(&elastic, &soil, s);
-            for i in 0..3 {
-                assert!((found[i] - expected[i]).abs() < 1e-9 * 400e3, "{s:?}: {found:?}, not {expected:?}");
-            }
-            let distinct = |a: f64, b: f64| (a - b).abs() > 1e-6;
-            let kind = match [
-                distinct(found[0], found[1]),
-                distinct(found[1], found[2]),
-                distinct(found[0], found[2]),
-            ] {
-                _ if plastic == 0.0 && expected == s => 0,
-                [true, true, true] => 1,
-                [false, false, false] => 3,
-                _ => 2,
-            };
-            seen[kind] += 1;
-        }
-    }
-    assert!(seen.iter().all(|&n| n > 100), "elastic, plane, edge, apex: {seen:?}");
 }
 
 /// Without friction (Tresca) the mean stress stays and the largest difference is 2 c.

@@ -77,7 +77,8 @@ fn run(depth: Depth) -> Findings {
         for &mode in modes {
             let left = vibrate(mode, filter, RATE_PER_S);
             let without = vibrate(mode, filter, 0.0);
-            let rate = loss_rate(taken(mode).powi(power), left.step_s);
+            let once = taken(mode);
+            let rate = loss_rate(if power == 1 { once } else { once * once }, left.step_s);
             let measured = -libm::log(left.energy / without.energy) / left.time_s;
             step_s = left.step_s;
             let what = format!("rate at which the energy falls, {name}, mode {mode}");

@@ -50,21 +50,24 @@ impl fmt::Display for Override {
 /// An override that fits no campaign: which one, and why. Faults that `text` has by itself are left for the
 /// reader of the result to find.
 pub fn apply(text: &str, overrides: &[Override]) -> Result<String, (Override, String)> {
-    let Ok(mut table) = toml::from_str::<Table>(text) else { return Ok(text.to_owned()) };
-    let mut fitted = fault(&table).is_none();
+    let Ok(written) = toml::from_str::<Table>(text) else { return Ok(text.to_owned()) };
+    let mut table = written.clone();
     for change in overrides {
         set(&mut table, change).map_err(|why| (change.clone(), why))?;
-        match fault(&table) {
-            None => fitted = true,
-            Some(why) if fitted => return Err((change.clone(), why)),
-            Some(_) => {}
-        }
     }
-    // What does not fit even so is reported with the lines of the file as written.
-    if fitted {
-        toml::to_string(&table).map_err(|e| (overrides[0].clone(), e.to_string()))
-    } else {
-        Ok(text.to_owned())
+    let Some(why) = fault(&table) else {
+        // A table always has a text: the error cannot come.
+        return Ok(toml::to_string(&table).unwrap_or_else(|_| text.to_owned()));
+    };
+    // Several may belong together, so that only the whole is judged; the one that has the fault by itself is to blame.
+    let has_it = |change: &&Override| {
+        let mut alone = written.clone();
+        set(&mut alone, change).is_ok() && fault(&alone).as_ref() == Some(&why)
+    };
+    match overrides.iter().find(has_it).or(overrides.first()) {
+        Some(change) if fault(&written).is_none() => Err((change.clone(), why)),
+        // The file has faults of its own: they are reported with its lines.
+        _ => Ok(text.to_owned()),
     }
 }
 
@@ -120,6 +123,17 @@ mod tests {
         assert!(why.contains("invalid type"), "{why}");
         let (_, why) = with(&["seed.deep=1"]).unwrap_err();
         assert!(why.contains("`seed` is a value"), "{why}");
+    }
+
+    #[test]
+    fn keys_of_a_new_section_are_judged_together() {
+        let section =
+            ["residual_cohesion_ratio=0.5", "residual_friction_ratio=0.5", "residual_dilation_ratio=1.0"];
+        let mut changes = section.map(|key| format!("soil.softening.{key}")).to_vec();
+        let all = |changes: &[String]| with(&changes.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(all(&changes).unwrap_err().1.contains("missing field `displacement_m`"));
+        changes.push("soil.softening.displacement_m=0.2".into());
+        assert!(runout_core::campaign::parse(&all(&changes).unwrap()).is_ok());
     }
 
     #[test]

@@ -176,6 +176,24 @@ fn bench_and_check_measure() {
 }
 
 #[test]
+fn set_changes_keys_of_the_campaign_before_it_is_checked() {
+    let desk = Desk::new();
+    let simulate = |set: &[&str]| {
+        let mut arguments = vec!["simulate", "campaign.toml", "--deterministic", "--json"];
+        set.iter().for_each(|change| arguments.extend(["--set", change]));
+        desk.document(&arguments)
+    };
+    let (written, same, other) =
+        (simulate(&[]), simulate(&["seed=1", "seed=2"]), simulate(&["analysis.local_damping=0.05"]));
+    assert_eq!(same["digest"], written["digest"], "mean properties know no seed");
+    assert_ne!(other["digest"], written["digest"]);
+    let check = |set: &str| desk.refused(&["check", "campaign.toml", "--set", set], 2);
+    assert!(check("mesh.cell_siz=1.0").contains("--set mesh.cell_siz=1.0: unknown field `cell_siz`"));
+    assert!(check("mesh.cell_size_m=-1").contains("mesh.cell_size_m = -1 is not allowed"));
+    assert!(check("water.ground_surface=closed").contains("text needs quotes"));
+}
+
+#[test]
 fn results_are_the_same_as_csv_and_json() {
     let desk = Desk::new();
     desk.run(|_| {});

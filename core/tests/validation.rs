@@ -68,6 +68,7 @@ cases! {
     slope_onset "slope-onset"
     slope_convergence "slope-convergence"
     water_modulus "water-modulus"
+    submerged_slope "submerged-slope"
     damping "damping"
     dry_columns "dry-columns"
     aluminium_rods "aluminium-rods"

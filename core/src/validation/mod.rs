@@ -49,6 +49,7 @@ pub fn cases() -> Vec<Case> {
         slopes::ONSET,
         slopes::CONVERGENCE,
         slopes::WATER_MODULUS,
+        slopes::SUBMERGED,
         slopes::DAMPING,
         collapse::COLUMNS,
         collapse::RODS,

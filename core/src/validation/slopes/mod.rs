@@ -8,11 +8,13 @@ mod convergence;
 mod damping;
 mod log_spiral;
 mod onset;
+mod submerged;
 mod water_modulus;
 
 pub(super) use convergence::CONVERGENCE;
 pub(super) use damping::DAMPING;
 pub(super) use onset::ONSET;
+pub(super) use submerged::SUBMERGED;
 pub(super) use water_modulus::WATER_MODULUS;
 
 use crate::campaign::{self, Model};
@@ -33,6 +35,7 @@ pub(super) struct Slide {
     pub(super) cohesion_kpa: f64,
     pub(super) friction_angle_deg: f64,
     pub(super) unit_weight_kn_m3: f64,
+    pub(super) permeability_m_s: f64,
     pub(super) cell_m: f64,
     pub(super) two_phase: bool,
     /// The key `water.initial_pore_pressure`, and what belongs to it.
@@ -59,6 +62,7 @@ pub(super) const EXAMPLE_I: Slide = Slide {
     cohesion_kpa: 11.41,
     friction_angle_deg: 21.14,
     unit_weight_kn_m3: 20.0,
+    permeability_m_s: 1e-4,
     cell_m: 0.4,
     two_phase: false,
     water: NO_PORE_PRESSURE,
@@ -91,6 +95,7 @@ impl Slide {
             ("{runout_plain_m}", self.runout_plain_m),
             ("{cohesion_kpa}", self.cohesion_kpa),
             ("{unit_weight_kn_m3}", self.unit_weight_kn_m3),
+            ("{permeability_m_s}", self.permeability_m_s),
             ("{cell_m}", self.cell_m),
             ("{water_modulus_mpa}", self.water_modulus_mpa),
             ("{cavitation_suction_kpa}", self.cavitation_suction_kpa),

@@ -9,8 +9,8 @@
 //!   (x = 0). The reference level is toe level behind the toe and the original ground in front of it, so that the
 //!   material's heights above it are those above the ground that it slides on, level or not. Contiguous are the points
 //!   above the reference level in occupied cells (of the grid, moved up or down with that level) that are joined
-//!   through cell sides to the slope's own body; sprayed points are not, and a foundation that heaves in front of the
-//!   toe does not advance it.
+//!   through cell sides to the slope's own body behind the toe, and those of a slide that has torn off it, if more points
+//!   went than stayed; sprayed points are not, and a foundation that heaves in front of the toe does not advance it.
 //! * Crest retreat: largest distance behind the crest edge at which a point of the original ground surface moved
 //!   more than the threshold.
 //! * Moved area: present volume of the points with |u| above the threshold.
@@ -96,36 +96,56 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
 }
 
 /// Which points above the reference level lie in cells joined through their sides to the slope's body: to the occupied
-/// cells behind the toe in the row of cells above toe level. `height`: of the points, above the reference level.
+/// cells behind the toe in the row of cells above toe level; and in the largest other group of cells, if it holds more
+/// points than the body: a slide that has torn off is no spray. `height`: of the points, above the reference level.
 fn contiguous(x: &[f64], height: &[f64], grid: &Grid) -> Vec<bool> {
     let [nx, ny] = grid.nodes;
     let cells: Vec<Option<usize>> =
         x.iter().zip(height).map(|(&x, &y)| (y >= 0.0).then(|| grid.cell_of(x, y))).collect();
-    let mut occupied = vec![false; nx * ny];
-    cells.iter().flatten().for_each(|&cell| occupied[cell] = true);
+    let mut points = vec![0_usize; nx * ny];
+    cells.iter().flatten().for_each(|&cell| points[cell] += 1);
 
     // The middles of the lowest row above toe level, from the left wall to the toe.
     let lowest = grid.cell_of(0.0, 0.5 * grid.cell_m) / nx;
     let toe = grid.cell_of(-0.5 * grid.cell_m, 0.5 * grid.cell_m) % nx;
     let mut reached = vec![false; nx * ny];
-    let mut waiting: Vec<usize> = (0..=toe).map(|i| lowest * nx + i).filter(|&cell| occupied[cell]).collect();
-    waiting.iter().for_each(|&cell| reached[cell] = true);
+    let mut body: Vec<usize> =
+        (0..=toe).flat_map(|i| join(lowest * nx + i, &points, nx, &mut reached)).collect();
+    let size = |group: &[usize]| group.iter().map(|&cell| points[cell]).sum::<usize>();
+    let mut largest = Vec::new();
+    for cell in 0..nx * ny {
+        let group = join(cell, &points, nx, &mut reached);
+        if size(&group) > size(&largest) {
+            largest = group;
+        }
+    }
+    if size(&largest) > size(&body) {
+        body.extend(largest);
+    }
+    let mut is_body = vec![false; nx * ny];
+    body.into_iter().for_each(|cell| is_body[cell] = true);
+    cells.into_iter().map(|cell| cell.is_some_and(|c| is_body[c])).collect()
+}
+
+/// The cells with points that are joined to `start`, itself included, and were not `reached` before; `points`: per cell,
+/// rows of `nx`.
+fn join(start: usize, points: &[usize], nx: usize, reached: &mut [bool]) -> Vec<usize> {
+    let (mut group, mut waiting) = (Vec::new(), vec![start]);
     while let Some(cell) = waiting.pop() {
-        let (i, j) = (cell % nx, cell / nx);
+        if points[cell] == 0 || std::mem::replace(&mut reached[cell], true) {
+            continue;
+        }
+        group.push(cell);
+        let i = cell % nx;
         let sides = [
             (i > 0).then(|| cell - 1),
             (i + 1 < nx).then(|| cell + 1),
-            (j > 0).then(|| cell - nx),
-            (j + 1 < ny).then(|| cell + nx),
+            cell.checked_sub(nx),
+            Some(cell + nx).filter(|above| *above < points.len()),
         ];
-        for side in sides.into_iter().flatten() {
-            if occupied[side] && !reached[side] {
-                reached[side] = true;
-                waiting.push(side);
-            }
-        }
+        waiting.extend(sides.into_iter().flatten());
     }
-    cells.into_iter().map(|cell| cell.is_some_and(|c| reached[c])).collect()
+    group
 }
 
 #[cfg(test)]
@@ -167,6 +187,16 @@ mod tests {
         assert!((m.toe_advance_m - 2.0).abs() < 1e-12);
         assert!((m.crest_retreat_m - 4.0).abs() < 1e-12);
         assert!((m.deposit_height_at_toe_m - 2.0).abs() < 0.51, "{m:?}");
+    }
+
+    #[test]
+    fn a_body_that_has_left_its_place_counts_if_more_went_than_stayed() {
+        let all_but_one = measured(|i, x, _| *x += if i == 0 { 15.5 } else { 9.0 });
+        assert!((all_but_one.toe_advance_m - 9.0).abs() < 1e-12, "{all_but_one:?}");
+        // The slope's front 6 m2 of 24, then its front 18.
+        let slid = |behind: f64| measured(move |_, x, _| *x += if *x > behind { 6.0 } else { 0.0 });
+        assert_eq!(slid(-2.5).toe_advance_m, 0.0);
+        assert!((slid(-6.0).toe_advance_m - 6.0).abs() < 1e-12);
     }
 
     #[test]

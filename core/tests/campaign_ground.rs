@@ -333,3 +333,15 @@ fn a_surface_of_one_angle_stays_what_it_was() {
     };
     assert_eq!([height_m, crest_width_m], [17.5, 20.0]);
 }
+
+/// The section is part of what is frozen: another one is another spec.
+#[test]
+fn the_model_holds_the_section() {
+    let higher = |p: &[f64; 2]| [p[0], if p[0] < 30.0 { p[1] + 0.5 } else { p[1] }];
+    let moved = section().points().iter().map(higher).collect();
+    let moved = Polyline::new(moved).expect("it is in order");
+    let other = campaign::parse_with_profile(EXAMPLE, Some(&moved)).expect("it is sound").model;
+    assert_ne!(other.slope, model(example(&[])).slope);
+    let json = serde_json::to_string(&other).expect("a model is JSON");
+    assert_eq!(serde_json::from_str::<Model>(&json).expect("the same form"), other);
+}

@@ -248,3 +248,42 @@ fn base_obstacles_and_softening_reach_the_failure_stage_only() {
     assert_eq!(gravity.conditions.free_water_level_m, None);
     assert!(gravity.obstacles.is_empty());
 }
+
+/// Mud on the probe's slope for 2 s, on a plain of 6 m; how far its front comes.
+fn mud(change: impl Fn(&mut Model)) -> f64 {
+    let slid = outcome(|model| {
+        model.slope.runout_plain_m = 6.0;
+        model.mesh.cell_size_m = 0.5;
+        model.soil.cohesion_pa = Some(100.0);
+        model.soil.friction_angle_rad = Some(0.1);
+        model.water.initial_pore_pressure = InitialPorePressure::None;
+        model.analysis.formulation = Formulation::OnePhase;
+        model.analysis.duration_s = 2.0;
+        model.maximum_steps = 100_000;
+        change(model);
+    });
+    slid.measures.expect("it ends").toe_advance_m
+}
+
+/// A point's half-length may reach into a wall by its share of the shape functions' overlap: less than a quarter of a cell.
+#[test]
+fn a_wall_stops_what_would_run_past_it() {
+    let smooth = |model: &mut Model| model.slope.base = Contact::Friction(0.02);
+    let free = mud(smooth);
+    assert!(free > 2.5, "the mud runs {free} m only");
+    for contact in [Contact::Fixed, Contact::Friction(0.2)] {
+        let wall = Obstacle { x_m: [2.0, 3.0], y_m: [0.0, 3.0], contact };
+        let stopped = mud(|model| {
+            smooth(model);
+            model.obstacles = vec![wall];
+        });
+        assert!((1.5..2.25).contains(&stopped), "{contact:?}: front at {stopped} m, the wall stands at 2 m");
+    }
+}
+
+#[test]
+fn on_a_smooth_base_mud_runs_farther() {
+    let fixed = mud(|_| {});
+    let smooth = mud(|model| model.slope.base = Contact::Friction(0.02));
+    assert!(smooth > fixed + 0.3, "{smooth} m on a smooth base, {fixed} m on a fixed one");
+}

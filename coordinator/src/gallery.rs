@@ -10,7 +10,6 @@ use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
-use runout_core::slope::layers;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -158,13 +157,13 @@ pub fn fields(
     properties: &PointProperties,
 ) -> SoilPicture<'static> {
     let materials = model.materials();
+    let is_random = |property: Property, i: usize| {
+        materials[usize::from(properties.material[i])].constant(property).is_none()
+    };
     let panels = random
         .iter()
         .map(|&property| {
-            let is_random = |i: &usize| {
-                materials[layers::layer_at(&model.layers, x[*i], y[*i])].constant(property).is_none()
-            };
-            let shown: Vec<usize> = (0..x.len()).filter(is_random).collect();
+            let shown: Vec<usize> = (0..x.len()).filter(|&i| is_random(property, i)).collect();
             let of_shown = |all: &[f64]| -> Vec<f64> { shown.iter().map(|&i| all[i]).collect() };
             let values = of_shown(&edge_units(property, properties));
             Panel {
@@ -267,6 +266,7 @@ fn arrays(snapshot: &Snapshot<'_>) -> Vec<PointArray<'static>> {
         array("porosity", 1, state.porosity.clone()),
         array("volume_m2", 1, state.volume.clone()),
     ];
+    arrays.push(array("layer", 1, snapshot.properties.material.iter().map(|m| f64::from(*m)).collect()));
     for property in Property::ALL {
         arrays.push(array(property.name(), 1, edge_units(property, snapshot.properties)));
     }

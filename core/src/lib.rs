@@ -15,6 +15,8 @@
 //! 10. [`realisation`] is the whole way from (spec, index) to an outcome.
 //! 11. [`estimate`] folds outcomes, in index order, into estimates, intervals and the stopping decision.
 //!
+//! [`validation`] stands beside the way: cases that hold the solver against closed forms and benchmarks.
+//!
 //! A tiny campaign, start to end:
 //!
 //! ```

@@ -61,6 +61,17 @@ fn the_example_is_taken_and_counts_from_the_toe() {
     assert_eq!(table.y_at(-18.0), 6.5);
 }
 
+/// The water table above the reservoir's level, cut off at the ground: see [`slope::water`].
+#[test]
+fn the_drawdown_is_taken() {
+    let text = include_str!("../../campaigns/layered-slope/drawdown.toml");
+    let model = campaign::parse_with_profile(text, Some(&section())).expect("it is sound").model;
+    assert_eq!(model.water.free_water_level_m, Some(0.5));
+    let level = |x| slope::water::pressure_level_m(&model.slope, &model.water, x).expect("there is water");
+    // Behind the crest, at the ground of the face, and under the reservoir.
+    assert_eq!([level(-30.0), level(-4.5), level(15.0)], [7.0, 3.0, 0.5]);
+}
+
 #[test]
 fn a_profile_and_its_positions_belong_together() {
     for (changes, message) in [
@@ -127,8 +138,8 @@ fn layers_say_where_they_end_and_what_they_are_made_of() {
         ),
         (
             (bottom, "bottom = [[3.0, 117.0], [1.0, 113.5]]"),
-            "layers.colluvium.bottom = (point 2: [1, 113.5]) is not allowed; x must grow from left to right, or stay the \
-             same once (a vertical step)",
+            "layers.colluvium.bottom = [1, 113.5] is not allowed; point 2: x must grow from left to right, or stay the same \
+             once (a vertical step)",
         ),
         (
             (bottom, "bottom = []"),

@@ -54,6 +54,7 @@ cases! {
     gravity_column "gravity-column"
     large_compaction "large-compaction"
     axial_bar "axial-bar"
+    velocity_filters "velocity-filters"
     grid_crossing "grid-crossing"
     manufactured "manufactured"
     two_disks "two-disks"

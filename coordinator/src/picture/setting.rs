@@ -82,14 +82,14 @@ impl Setting {
         }
     }
 
-    /// What its dashed and dotted lines mean.
+    /// What its lines mean.
     pub fn legend(&self) -> String {
         let mut legend = "dashed: ground before".to_owned();
         if !self.boundaries.is_empty() {
-            legend.push_str("; dotted: layers before");
+            legend.push_str(", dotted: layers");
         }
         if !self.water_table.is_empty() {
-            legend.push_str("; blue: water table before");
+            legend.push_str(", blue: water table");
         }
         legend
     }

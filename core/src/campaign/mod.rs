@@ -19,7 +19,7 @@ pub use analysis::{Analysis, Formulation, InitialStress, PointDomain, VelocityFi
 pub use field::{Autocorrelation, Field};
 pub use fitting::{CopulaChoice, Criterion, FitSettings, MarginalChoice, Recipe};
 pub use ground::{Contact, Layer, Mesh, Obstacle, Slope, Softening, Soil, Surface};
-pub use polyline::{LineFault, Polyline};
+pub use polyline::{LineFault, MOST_POINTS, Polyline};
 pub use stopping::{ExceedanceTarget, OnFailure, Run, RunoutMeasure, Sample, Stop, StopRule};
 pub use water::{GroundSurface, InitialPorePressure, Water, WaterAboveTable, WaterTable};
 

@@ -1,36 +1,64 @@
 //! A line through points whose x never falls: ground surface, water table, boundary of a layer.
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Most points of a line: it is part of every realisation's spec.
+pub const MOST_POINTS: usize = 10_000;
 
 /// A line through points (x, y), m, from left to right; level beyond its ends, so that one point is a level line.
 /// Two points of the same x make a vertical step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct Polyline {
     points: Vec<[f64; 2]>,
 }
 
 /// Points that make no line. They count from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum LineFault {
     /// There is no point.
+    #[error("a line has at least one point [x, y]")]
     Empty,
+    /// There are more than [`MOST_POINTS`].
+    #[error("a line has at most {MOST_POINTS} points")]
+    TooMany,
     /// A coordinate of this point is no finite number.
+    #[error("point {0}: coordinates must be finite")]
     NotFinite(usize),
     /// This point lies left of the one before.
+    #[error("point {0}: x must grow from left to right, or stay the same once (a vertical step)")]
     Backwards(usize),
     /// This point is the third of the same x.
+    #[error("point {0}: no more than two points may have the same x (a vertical step)")]
     ThirdOfStep(usize),
+}
+
+impl TryFrom<Vec<[f64; 2]>> for Polyline {
+    type Error = LineFault;
+
+    fn try_from(points: Vec<[f64; 2]>) -> Result<Polyline, LineFault> {
+        Polyline::new(points)
+    }
+}
+
+impl From<Polyline> for Vec<[f64; 2]> {
+    fn from(line: Polyline) -> Vec<[f64; 2]> {
+        line.points
+    }
 }
 
 impl Polyline {
     /// A line through these points.
     ///
     /// # Errors
-    /// No point, a coordinate that is not finite, an x that falls, or three points of one x.
+    /// No point or too many, a coordinate that is not finite, an x that falls, or three points of one x.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Polyline, LineFault> {
         if points.is_empty() {
             return Err(LineFault::Empty);
+        }
+        if points.len() > MOST_POINTS {
+            return Err(LineFault::TooMany);
         }
         for (i, point) in points.iter().enumerate() {
             if !(point[0].is_finite() && point[1].is_finite()) {
@@ -128,5 +156,13 @@ mod tests {
         assert_eq!(Polyline::new(vec![[0.0, f64::NAN]]), Err(LineFault::NotFinite(1)));
         assert_eq!(Polyline::new(vec![[0.0, 1.0], [-1.0, 1.0]]), Err(LineFault::Backwards(2)));
         assert_eq!(Polyline::new(vec![[0.0, 1.0]; 3]), Err(LineFault::ThirdOfStep(3)));
+        let many = (0..=MOST_POINTS).map(|i| [i as f64, 0.0]).collect();
+        assert_eq!(Polyline::new(many), Err(LineFault::TooMany));
+        // Nor does a spec smuggle them in.
+        let line: Polyline = serde_json::from_str("[[0.0,1.5],[2.0,1.0]]").unwrap();
+        assert_eq!(serde_json::to_string(&line).unwrap(), "[[0.0,1.5],[2.0,1.0]]");
+        assert!(
+            serde_json::from_str::<Polyline>("[]").unwrap_err().to_string().contains("at least one point")
+        );
     }
 }

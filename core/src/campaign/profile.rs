@@ -4,11 +4,8 @@
 //! are left alone, lines that begin with `#` are comments. x may not fall; two points of the same x make a vertical
 //! step (a cut, a wall of soil).
 
-use super::{LineFault, Polyline};
+use super::{LineFault, MOST_POINTS, Polyline};
 use thiserror::Error;
-
-/// Most points of a section: it is part of every realisation's spec.
-pub const MOST_POINTS: usize = 10_000;
 
 const COLUMNS: [&str; 2] = ["x_m", "y_m"];
 
@@ -97,7 +94,9 @@ pub fn parse(text: &str) -> Result<Polyline, ProfileError> {
         |i: usize| ProfileError::Order { line: lines[i], x_m: points[i][0], before_m: points[i - 1][0] };
     Polyline::new(points.clone()).map_err(|fault| match fault {
         LineFault::Backwards(n) | LineFault::ThirdOfStep(n) => order(n - 1),
-        LineFault::Empty | LineFault::NotFinite(_) => ProfileError::Count { found: points.len() },
+        LineFault::Empty | LineFault::TooMany | LineFault::NotFinite(_) => {
+            ProfileError::Count { found: points.len() }
+        }
     })
 }
 

@@ -149,7 +149,9 @@ impl Body {
             arena,
             order: (0..points.len() as u32).collect(),
             loads,
-            soften: setup.materials.iter().any(|m| m.softening.is_some()),
+            // An elastic stage has no strength to lose.
+            soften: setup.materials.iter().any(|m| m.softening.is_some())
+                && points.cohesion.iter().any(|c| c.is_finite()),
             load_share: 1.0,
             wave_m_s: fastest_wave(&setup),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),

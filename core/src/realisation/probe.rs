@@ -3,8 +3,8 @@
 use super::{Prepared, Progress};
 use crate::campaign::{
     Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
-    InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
-    VolumetricStrain, Water, WaterAboveTable, WaterTable,
+    InitialStress, Layer, Mesh, Model, Obstacle, PointDomain, Polyline, RunoutMeasure, Sample, Slope,
+    Softening, Soil, Surface, VelocityFilter, VolumetricStrain, Water, WaterAboveTable, WaterTable,
 };
 use crate::copula::Copula;
 use crate::gimp::Kernel;
@@ -13,7 +13,8 @@ use crate::site::Property;
 use crate::spec::{RandomProperty, SPEC_FORMAT, Spec};
 
 /// Digest (32 hexadecimal digits) of a realisation of a few milliseconds with `kernel`: two random fields, 26 points,
-/// both stages, two phases, yielding soil under a water table. Every kernel gives the same one.
+/// both stages, two phases, two layers, yielding and softening soil under a water table, free water, a frictional base
+/// and an obstacle. Every kernel gives the same one.
 ///
 /// The numbers of its spec mean nothing but that every phase of the time step has something to do.
 pub fn probe(kernel: Kernel) -> String {
@@ -36,6 +37,24 @@ pub(super) fn spec() -> Spec {
     }
 }
 
+const SOIL: Soil = Soil {
+    youngs_modulus_pa: 1e7,
+    poissons_ratio: 0.35,
+    cohesion_pa: None,
+    friction_angle_rad: None,
+    unit_weight_n_m3: Some(20e3),
+    dilation_angle_rad: 0.0,
+    tension_cutoff_pa: Some(0.0),
+    softening: Some(Softening {
+        residual_cohesion_ratio: 0.5,
+        residual_friction_ratio: 0.9,
+        residual_dilation_ratio: 0.0,
+        displacement_m: 0.05,
+    }),
+    porosity: 0.3,
+    permeability_m_s: 1e-4,
+};
+
 fn model() -> Model {
     Model {
         field: Field {
@@ -52,28 +71,24 @@ fn model() -> Model {
             },
             foundation_depth_m: 0.0,
             runout_plain_m: 3.0,
-            base: Contact::Fixed,
+            base: Contact::Friction(0.5),
         },
-        obstacles: Vec::new(),
+        obstacles: vec![Obstacle { x_m: [1.0, 2.0], y_m: [0.0, 1.0], contact: Contact::Friction(0.3) }],
         mesh: Mesh { cell_size_m: 1.0, points_per_cell_side: 2 },
-        soil: Soil {
-            youngs_modulus_pa: 1e7,
-            poissons_ratio: 0.35,
-            cohesion_pa: None,
-            friction_angle_rad: None,
-            unit_weight_n_m3: Some(20e3),
-            dilation_angle_rad: 0.0,
-            tension_cutoff_pa: Some(0.0),
-            softening: None,
-            porosity: 0.3,
-            permeability_m_s: 1e-4,
-        },
-        layers: Vec::new(),
+        soil: SOIL,
+        layers: vec![
+            Layer { name: "upper".to_owned(), bottom: Some(Polyline::level(1.0)), soil: SOIL },
+            Layer {
+                name: "lower".to_owned(),
+                bottom: None,
+                soil: Soil { permeability_m_s: 1e-5, softening: None, ..SOIL },
+            },
+        ],
         water: Water {
             density_kg_m3: 1000.0,
             bulk_modulus_pa: 4e8,
             initial_pore_pressure: InitialPorePressure::Hydrostatic(WaterTable::GroundSurface),
-            free_water_level_m: None,
+            free_water_level_m: Some(0.3),
             above_table: WaterAboveTable::Held,
             ground_surface: GroundSurface::Drained,
             cavitation_suction_pa: 1e3,
@@ -87,7 +102,7 @@ fn model() -> Model {
             pic_rate_per_s: 10.0,
             velocity_filter: VelocityFilter::Pic,
             local_damping: 0.05,
-            damping_rate_per_s: 0.0,
+            damping_rate_per_s: 0.1,
             point_domain: PointDomain::Uniform,
             initial_stress: InitialStress::Gravity,
             gravity_stage_damping: 0.7,

@@ -16,6 +16,8 @@ pub struct PointProperties {
     pub friction_angle_rad: Vec<f64>,
     /// Saturated unit weight, N/m3.
     pub unit_weight_n_m3: Vec<f64>,
+    /// Place of the material among [`crate::campaign::Model::materials`].
+    pub material: Vec<u16>,
 }
 
 impl Prepared {
@@ -39,6 +41,7 @@ impl Prepared {
             cohesion_pa: of_points(Property::Cohesion, PA_PER_KPA),
             friction_angle_rad: of_points(Property::FrictionAngle, RAD_PER_DEG),
             unit_weight_n_m3: of_points(Property::UnitWeight, N_PER_KN),
+            material: self.materials.clone(),
         }
     }
 

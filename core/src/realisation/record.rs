@@ -38,7 +38,7 @@ pub(super) fn outcome(prepared: &Prepared, index: u64, start: &InSitu, failure: 
         reason,
         measures,
         energy,
-        energy_drifted: energy.is_some_and(|e| !(e.drift().abs() <= limit)),
+        energy_drifted: energy.is_some_and(|e| e.drift().abs() > limit || e.drift().is_nan()),
         simulated_s: failure.simulated_s,
         steps: failure.steps,
         points: prepared.points() as u64,

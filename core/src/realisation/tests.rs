@@ -5,7 +5,7 @@ use super::probe;
 use super::{Prepared, Progress, Source};
 use crate::campaign::{
     Contact, Formulation, InitialPorePressure, InitialStress, Layer, Mesh, Model, Obstacle, Polyline, Slope,
-    Softening, Soil, Surface, WaterTable,
+    Softening, Soil, Surface, WaterAboveTable, WaterTable,
 };
 use crate::gimp::{Kernel, Support};
 use crate::outcome::Outcome;
@@ -13,9 +13,16 @@ use crate::points::Points;
 use crate::slope;
 use crate::spec::Spec;
 
-/// The probe's slope (2 m, 45 degrees, 1 m cells) and what is `change`d.
+/// The probe's slope (2 m, 45 degrees, 1 m cells) on a fixed base, of one perfectly plastic soil and with nothing in front
+/// of it, and what is `change`d.
 fn spec(change: impl Fn(&mut Model)) -> Spec {
     let mut spec = probe::spec();
+    let model = &mut spec.model;
+    model.slope.base = Contact::Fixed;
+    model.obstacles.clear();
+    model.layers.clear();
+    model.soil.softening = None;
+    model.water.free_water_level_m = None;
     change(&mut spec.model);
     spec
 }
@@ -199,6 +206,8 @@ fn water_above_the_table_is_held_and_that_below_is_not() {
     assert!(held.iter().any(|held| *held) && held.iter().any(|held| !held));
     let dry = prepared(|model| model.water.initial_pore_pressure = InitialPorePressure::None);
     assert!(held_water(&dry).iter().all(|held| *held));
+    let sinking = prepared(|model| model.water.above_table = WaterAboveTable::Sinks);
+    assert!(held_water(&sinking).iter().all(|held| !held));
     let one_phase = prepared(|model| {
         model.water.initial_pore_pressure = InitialPorePressure::None;
         model.analysis.formulation = Formulation::OnePhase;

@@ -6,13 +6,13 @@ use crate::points::Points;
 /// Place of each point's material among [`crate::campaign::Model::materials`]: the first layer, from the top, whose
 /// bottom lies below the point.
 pub fn materials(layers: &[Layer], points: &Points) -> Vec<u16> {
-    points.x.iter().zip(&points.y).map(|(&x, &y)| layer_at(layers, x, y) as u16).collect()
+    points.x.iter().zip(&points.y).map(|(&x, &y)| layer_at(layers, x, y)).collect()
 }
 
-/// Place of the layer of a point; 0 without layers.
-pub fn layer_at(layers: &[Layer], x: f64, y: f64) -> usize {
+/// 0 without layers.
+fn layer_at(layers: &[Layer], x: f64, y: f64) -> u16 {
     let above = |layer: &Layer| layer.bottom.as_ref().is_none_or(|line| y > line.y_at(x));
-    layers.iter().position(above).unwrap_or(0)
+    layers.iter().position(above).unwrap_or(0) as u16
 }
 
 #[cfg(test)]

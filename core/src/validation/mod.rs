@@ -13,6 +13,7 @@ mod two_phase_column;
 
 mod axial_bar;
 mod consolidation;
+mod filters;
 mod gravity_column;
 mod grid_crossing;
 mod hydrostatic;
@@ -35,6 +36,7 @@ pub fn cases() -> Vec<Case> {
         gravity_column::CASE,
         large_compaction::CASE,
         axial_bar::CASE,
+        filters::CASE,
         grid_crossing::CASE,
         manufactured::CASE,
         two_disks::CASE,

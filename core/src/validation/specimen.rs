@@ -194,10 +194,37 @@ fn resolutions(depth: Depth) -> &'static [usize] {
     }
 }
 
+/// Load over the confinement at failure, Pa.
+fn drained_peak() -> f64 {
+    let tangent = libm::tan((45.0 + 0.5 * FRICTION_DEG).to_radians());
+    CONFINEMENT_PA * (tangent * tangent - 1.0) + 2.0 * COHESION_PA * tangent
+}
+
+/// The undrained specimen in closed form.
+struct Undrained {
+    /// Axial stress over axial strain, Pa.
+    modulus: f64,
+    /// Excess pressure over the load.
+    pressure_a_load: f64,
+    /// Load at failure, Pa.
+    peak: f64,
+}
+
+fn closed_form() -> Undrained {
+    let (bulk, shear) = (E_PA / (3.0 * (1.0 - 2.0 * NU)), E_PA / (2.0 * (1.0 + NU)));
+    let whole = bulk + WATER_BULK_PA / POROSITY;
+    let nu_u = (3.0 * whole - 2.0 * shear) / (2.0 * (3.0 * whole + shear));
+    // The pressure rises by K_w / n over the undrained bulk modulus times the mean stress (1 + nu_u) q / 3.
+    let pressure_a_load = WATER_BULK_PA / POROSITY / whole * (1.0 + nu_u) / 3.0;
+    // Failure: s1' - s3' = q with s3' = s0 - p(q) on the envelope; sigma_zz stays between the two.
+    let (sin, cos) = libm::sincos(FRICTION_DEG.to_radians());
+    let peak = 2.0 * (CONFINEMENT_PA * sin + COHESION_PA * cos) / (1.0 - sin + 2.0 * pressure_a_load * sin);
+    Undrained { modulus: 2.0 * shear / (1.0 - nu_u), pressure_a_load, peak }
+}
+
 fn drained(depth: Depth) -> Findings {
     let mut findings = Findings::default();
-    let tangent = libm::tan((45.0 + 0.5 * FRICTION_DEG).to_radians());
-    let peak = CONFINEMENT_PA * (tangent * tangent - 1.0) + 2.0 * COHESION_PA * tangent;
+    let peak = drained_peak();
     for &cells in resolutions(depth) {
         let of = format!("{cells} cells across");
         let modulus = E_PA / (1.0 - NU * NU);
@@ -214,23 +241,7 @@ fn drained(depth: Depth) -> Findings {
 
 fn undrained(depth: Depth) -> Findings {
     let mut findings = Findings::default();
-    let (bulk, shear) = (E_PA / (3.0 * (1.0 - 2.0 * NU)), E_PA / (2.0 * (1.0 + NU)));
-    let whole = bulk + WATER_BULK_PA / POROSITY;
-    let nu_u = (3.0 * whole - 2.0 * shear) / (2.0 * (3.0 * whole + shear));
-    let modulus = 2.0 * shear / (1.0 - nu_u);
-    // Plane strain compression by q: the pressure rises by (K_w / n) / K_u times the mean stress (1 + nu_u) q / 3.
-    let pressure_a_load = WATER_BULK_PA / POROSITY / whole * (1.0 + nu_u) / 3.0;
-    // Peak: s1' - s3' = q, s3' = s0 - p(q) on the envelope (sigma_zz stays between).
-    let friction = FRICTION_DEG.to_radians();
-    let (sin, cos) = libm::sincos(friction);
-    let peak = 2.0 * (CONFINEMENT_PA * sin + COHESION_PA * cos) / (1.0 - sin + 2.0 * pressure_a_load * sin);
-    findings.checks.push(Check::relative(
-        "closed form of the peak against the tabulated one",
-        "Pa",
-        102_763.399_254_950_53,
-        peak,
-        1e-9,
-    ));
+    let Undrained { modulus, pressure_a_load, peak } = closed_form();
     for &cells in resolutions(depth) {
         let of = format!("{cells} cells across");
         let mut setup = specimen(cells, peak);
@@ -250,4 +261,25 @@ fn undrained(depth: Depth) -> Findings {
     }
     findings.figures.truncate(1);
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::Value;
+
+    /// Against values computed elsewhere.
+    #[test]
+    fn closed_forms_meet_the_tabulated_ones() {
+        let tables: Value = serde_json::from_str(include_str!("../../tests/data/physics.json")).unwrap();
+        let value = |table: &str, name: &str| tables[table][name].as_f64().unwrap();
+        let close =
+            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        close(CONFINEMENT_PA + drained_peak(), value("biaxial", "sigma1_peak"));
+        let undrained = closed_form();
+        close(undrained.peak, value("undrained_biaxial", "q_fail"));
+        close(undrained.peak * undrained.pressure_a_load, value("undrained_biaxial", "excess_pw_at_fail"));
+        let nu_u = value("undrained_biaxial", "nu_u");
+        close(undrained.modulus, value("undrained_biaxial", "E_u") / (1.0 - nu_u * nu_u));
+    }
 }

@@ -164,13 +164,15 @@ fn contact(key: &str, raw: &ContactText) -> Checked<Contact> {
 
 /// A line in the file's coordinates.
 pub(super) fn line(key: &str, points: &[[f64; 2]]) -> Checked<Polyline> {
-    Polyline::new(points.to_vec()).map_err(|fault| match fault {
-        LineFault::Empty => refuse(key, "[]", "a line has at least one point [x, y]"),
-        LineFault::NotFinite(n) => refuse(key, format!("(point {n})"), "coordinates must be finite"),
-        LineFault::Backwards(n) | LineFault::ThirdOfStep(n) => {
-            let shown = format!("(point {n}: [{}, {}])", points[n - 1][0], points[n - 1][1]);
-            refuse(key, shown, "x must grow from left to right, or stay the same once (a vertical step)")
-        }
+    Polyline::new(points.to_vec()).map_err(|fault| {
+        let value = match fault {
+            LineFault::Empty => "[]".to_owned(),
+            LineFault::TooMany => format!("({} points)", points.len()),
+            LineFault::NotFinite(n) | LineFault::Backwards(n) | LineFault::ThirdOfStep(n) => {
+                format!("[{}, {}]", points[n - 1][0], points[n - 1][1])
+            }
+        };
+        refuse(key, value, &fault.to_string())
     })
 }
 

@@ -10,9 +10,9 @@ pub struct WaterSection {
     pub density_kg_m3: f64,
     /// Bulk modulus used in the analysis, MPa.
     pub bulk_modulus_mpa: f64,
-    /// `"none"`: zero everywhere. `"hydrostatic"`: the water's unit weight times
-    /// the vertical depth below `water_table`, or below the free water where the ground is below that; zero above.
-    /// `"submerged"`: water table and free water both at `free_water_level_m`.
+    /// `"none"`: zero everywhere. `"hydrostatic"`: the water's unit weight times the vertical depth below `water_table`,
+    /// or below the free water where the ground is below that; zero above. `"submerged"`: water table and free water
+    /// both at `free_water_level_m`.
     ///
     /// Rapid drawdown is `"hydrostatic"` with the table at or above the level before (it is cut off at the ground
     /// surface) and a lower `free_water_level_m`, or none: the pores still carry what the water outside no longer

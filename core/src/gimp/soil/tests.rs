@@ -2,6 +2,7 @@
 //! independent solution.
 
 mod koiter;
+mod objectivity;
 
 use super::*;
 use crate::gimp::lanes::{Baseline, V8};

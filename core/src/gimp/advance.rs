@@ -10,7 +10,7 @@ use super::lanes::{Lanes, V8};
 use super::loads::Loads;
 use super::momentum::{self, Balance, NodeWork};
 use super::nodes::Nodes;
-use super::scatter;
+use super::scatter::{self, PoreFluid};
 use super::strain::{self, Averaging};
 use super::update::{self, Tally};
 use super::water::PoreWater;
@@ -93,13 +93,14 @@ pub(super) fn advance<S: Lanes, const TWO: bool, const EXTRA: bool>(
     let lanes = GridLanes::<S>::new(grid, step.half_length);
     let stride = grid.nodes[0];
     let water_density = S::splat(step.balance.water_density);
+    let fluid = PoreFluid { density: water_density, lowest_pressure: S::splat(-step.water.cavitation) };
     let dt = S::splat(step.dt);
     let zero = S::splat(0.0);
     let loads = step.loads.as_ref().filter(|_| EXTRA);
 
     if !*scattered {
         for block in blocks.iter() {
-            scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, water_density, loads, block, nodes);
+            scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, &fluid, loads, block, nodes);
         }
     }
     let node_work = momentum::accelerate::<TWO, EXTRA>(nodes, &step.balance, step.dt);
@@ -132,7 +133,7 @@ pub(super) fn advance<S: Lanes, const TWO: bool, const EXTRA: bool>(
     let mut tally = Tally { outside: zero, stress_work: zero, water_work: zero };
     for block in blocks.iter_mut() {
         update::update::<S, TWO, EXTRA>(&lanes, step, average, block, &nodes.cells, &mut tally);
-        scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, water_density, loads, block, nodes);
+        scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, &fluid, loads, block, nodes);
     }
     *scattered = true;
     report(motion, tally, node_work)

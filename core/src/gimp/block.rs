@@ -57,7 +57,7 @@ block! {
     szz,
     /// As `sxx`.
     sxy,
-    /// Pore pressure, compression positive, Pa.
+    /// Carried pore pressure, compression positive, Pa: below the limit of cavitation it measures the void (see `water`).
     pressure,
     /// Volume per metre of width, m2.
     volume,

@@ -237,7 +237,8 @@ impl Body {
     pub(super) fn stand(&self) -> Stand {
         let mut pressures = vec![0.0; self.order.len()];
         for (place, &original) in self.order.iter().enumerate() {
-            pressures[original as usize] = self.arena.blocks[place / 8].pressure.0[place % 8];
+            let carried = self.arena.blocks[place / 8].pressure.0[place % 8];
+            pressures[original as usize] = carried.max(-self.setup.fluid.cavitation_suction_pa);
         }
         Stand { positions: self.positions(), pressures }
     }
@@ -274,7 +275,10 @@ impl Body {
             stress_yy: field(|b| &b.syy),
             stress_zz: field(|b| &b.szz),
             stress_xy: field(|b| &b.sxy),
-            pressure: field(|b| &b.pressure),
+            pressure: field(|b| &b.pressure)
+                .into_iter()
+                .map(|carried| carried.max(-self.setup.fluid.cavitation_suction_pa))
+                .collect(),
             porosity,
             volume,
             plastic_strain: field(|b| &b.plastic_strain),

@@ -117,8 +117,12 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
             if two {
                 let water = (volume - at(&block.grains)) * fluid.density_kg_m3;
                 sum.kinetic += 0.5 * water * (at(&block.wx) * at(&block.wx) + at(&block.wy) * at(&block.wy));
-                sum.pore_water += 0.5 * volume * porosity * at(&block.pressure) * at(&block.pressure)
-                    / fluid.bulk_modulus_pa;
+                // Beyond the largest suction c the void opens at constant pull: c^2 / 2 + c (|p| - c) for p^2 / 2.
+                let pressure = at(&block.pressure);
+                let acting = pressure.max(-fluid.cavitation_suction_pa);
+                let stored = if acting > pressure { acting * pressure } else { acting * acting }
+                    - 0.5 * acting * acting;
+                sum.pore_water += volume * porosity * stored / fluid.bulk_modulus_pa;
             }
         }
     }

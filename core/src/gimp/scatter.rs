@@ -10,12 +10,21 @@ use super::loads::Loads;
 use super::nodes::Nodes;
 use super::shape::{self, Shape};
 
+/// What the scatter needs to know of the pore water.
+#[derive(Clone, Copy)]
+pub(super) struct PoreFluid<S> {
+    /// Density, kg/m3.
+    pub(super) density: S,
+    /// Pore pressure below which water cavitates, Pa.
+    pub(super) lowest_pressure: S,
+}
+
 /// Adds the masses, momenta and internal forces of eight points to their nodes.
 #[inline(always)]
 pub(super) fn scatter<S: Lanes, const TWO: bool, const EXTRA: bool>(
     grid: &GridLanes<S>,
     stride: usize,
-    water_density: S,
+    fluid: &PoreFluid<S>,
     loads: Option<&Loads>,
     block: &Block,
     nodes: &mut Nodes,
@@ -32,9 +41,9 @@ pub(super) fn scatter<S: Lanes, const TWO: bool, const EXTRA: bool>(
     let momentum = [mass * load(&block.vx), mass * load(&block.vy)];
     let pressure = match loads {
         _ if !TWO => zero,
-        None => load(&block.pressure),
+        None => load(&block.pressure).max(fluid.lowest_pressure),
         // Free water carries part of the pressure on both sides of every surface: only the excess pushes.
-        Some(loads) => load(&block.pressure) - loads.free_water(grid, block).0,
+        Some(loads) => load(&block.pressure).max(fluid.lowest_pressure) - loads.free_water(grid, block).0,
     };
     let force = [
         -(volume * (load(&block.sxx) - pressure)),
@@ -42,7 +51,7 @@ pub(super) fn scatter<S: Lanes, const TWO: bool, const EXTRA: bool>(
         -(volume * (load(&block.syy) - pressure)),
     ];
     if TWO {
-        let water = (volume - load(&block.grains)) * water_density;
+        let water = (volume - load(&block.grains)) * fluid.density;
         let flow = [water * load(&block.wx), water * load(&block.wy)];
         let rows = [mass, water, momentum[0], momentum[1], flow[0], flow[1], volume, zero];
         add_values(&S::transpose(rows), &shape, stride, &mut nodes.sums);

@@ -54,7 +54,8 @@ pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
         let inflow = water::inflow(porosity, volumetric, divergence);
         let new = water::pressure(&step.water, porosity, old, mean, inflow);
         new.store(&mut block.pressure);
-        tally.water_work = (volume * S::splat(-0.5) * (old + new)).mul_add(inflow, tally.water_work);
+        let sum = water::acting(&step.water, old) + water::acting(&step.water, new);
+        tally.water_work = (volume * S::splat(-0.5) * sum).mul_add(inflow, tally.water_work);
     }
     (volume * (one + volumetric)).store(&mut block.volume);
     if EXTRA && step.stretch {

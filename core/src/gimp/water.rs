@@ -1,5 +1,9 @@
 //! Pore pressure: storage, relaxation to the cell's mean, cavitation.
 //!
+//! Water that cavitates pulls no more than the largest suction. What a point carries on is the pressure without that limit:
+//! below it, a measure of the void that must close before the pressure rises again. Cutting the carried pressure itself
+//! would forget the void, and every ringing of the pressure would pump its mean up, the more the stiffer the water.
+//!
 //! Dp/Dt = -(K_w / n) [(1 - n) div v + n div w] with incompressible grains (Biot coefficient 1), the convective term
 //! (w - v) . grad n left out (Zabala & Alonso 2011; Bandara & Soga 2015).
 
@@ -31,10 +35,16 @@ pub(super) fn inflow<S: Lanes>(porosity: S, skeleton_divergence: S, water_diverg
     porosity.mul_add(water_divergence, (S::splat(1.0) - porosity) * skeleton_divergence)
 }
 
-/// New pore pressure from the step's inflow and what relaxation tends to.
+/// New carried pore pressure from the step's inflow and what relaxation tends to.
 #[inline(always)]
 pub(super) fn pressure<S: Lanes>(water: &PoreWater, porosity: S, pressure: S, target: S, inflow: S) -> S {
     let relaxed = S::splat(water.relaxation).mul_add(target - pressure, pressure);
     let stiffness = S::splat(water.bulk) / porosity;
-    (-stiffness).mul_add(inflow, relaxed).max(S::splat(-water.cavitation))
+    (-stiffness).mul_add(inflow, relaxed)
+}
+
+/// The part of a carried pressure that acts.
+#[inline(always)]
+pub(super) fn acting<S: Lanes>(water: &PoreWater, pressure: S) -> S {
+    pressure.max(S::splat(-water.cavitation))
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs the homogeneous slopes of the paper's two examples under each reading of it; writes readings.csv and the table
-# in README.md. Cells of 0.8 and 0.4 m take about six minutes of one core, 0.2 m forty more.
+# in README.md. Cells of 0.8 and 0.4 m take some eight minutes of one core, 0.2 m (not run so far) eight times as long.
 #
 #   campaigns/readings/readings.sh [--cells "0.8 0.4 0.2"] [RUNOUT]     RUNOUT: the program, `runout` by default
 set -euo pipefail

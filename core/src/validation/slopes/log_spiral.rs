@@ -7,7 +7,7 @@ const ROUNDS: usize = 12;
 const ZOOM: f64 = 0.25;
 
 /// Least height over first radius of a spiral that is looked at: in flatter ones the weight is a difference of nearly
-/// equal numbers, and the least bound is never among them (at 45 degrees its height is 0.3 to 0.6 radii).
+/// equal numbers, and round-off makes bounds of zero.
 const FLATTEST: f64 = 0.02;
 
 /// gamma H / c at failure of a slope at `angle_rad` with friction angle `friction_rad`, both rad; the least upper

@@ -39,6 +39,10 @@ readings() {
     local two=(--set 'analysis.formulation="two-phase"' --set analysis.pic_rate_per_s=13.0)
     local phreatic=(--set 'water.initial_pore_pressure="hydrostatic"' --set 'water.water_table="ground-surface"')
     local submerged=(--set 'water.initial_pore_pressure="submerged"' --set water.free_water_level_m=15.0)
+    for cell in $cells; do
+        read_as "$@" "two phases; no pore pressure at first but the water sinks; drained" "$cell" "${two[@]}" \
+            --set 'water.water_above_table="sinks"'
+    done
     local surface
     for surface in drained closed; do
         for cell in $cells; do

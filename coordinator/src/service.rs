@@ -104,7 +104,7 @@ impl Shared {
 
     /// Makes an entry durable and tells the engine.
     async fn store(self: Arc<Self>, entry: Entry) -> Result<(), tonic::Status> {
-        self.writer.write(Job::Entry(entry.clone())).await?;
+        self.writer.write(Job::Entry(Box::new(entry.clone()))).await?;
         self.engine().stored(&entry);
         self.changed.notify_waiters();
         Ok(())

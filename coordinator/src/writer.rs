@@ -17,7 +17,7 @@ const GROUP: usize = 256;
 #[derive(Debug)]
 pub enum Job {
     /// An entry of the outcome log.
-    Entry(Entry),
+    Entry(Box<Entry>),
     /// The attempts of an index.
     Attempts(u64, Attempts),
 }
@@ -74,7 +74,7 @@ fn write_until_done(
         let mut done = Vec::new();
         for (job, sender) in group.drain(..) {
             match job {
-                Job::Entry(entry) => entries.push(entry),
+                Job::Entry(entry) => entries.push(*entry),
                 Job::Attempts(index, given) => attempts.push((index, given)),
             }
             done.push(sender);

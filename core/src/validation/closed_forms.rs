@@ -42,7 +42,8 @@ mod tests {
     #[test]
     fn series_agree_with_the_tables() {
         let tables: Value = serde_json::from_str(include_str!("../../tests/data/physics.json")).unwrap();
-        let forms: [(&str, fn(f64, f64) -> f64, fn(f64) -> f64); 2] = [
+        type Form = (&'static str, fn(f64, f64) -> f64, fn(f64) -> f64);
+        let forms: [Form; 2] = [
             ("terzaghi", uniform_excess, uniform_degree),
             ("self_weight_consolidation", triangular_excess, triangular_degree),
         ];

@@ -85,9 +85,8 @@ fn solve(n: usize, mut a: [[f64; 3]; 3], mut b: [f64; 3]) -> Option<[f64; 3]> {
         b.swap(k, pivot);
         for i in k + 1..n {
             let factor = a[i][k] / a[k][k];
-            for j in k..n {
-                a[i][j] -= factor * a[k][j];
-            }
+            let row = a[k];
+            a[i].iter_mut().zip(row).skip(k).take(n - k).for_each(|(below, above)| *below -= factor * above);
             b[i] -= factor * b[k];
         }
     }

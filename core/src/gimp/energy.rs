@@ -5,7 +5,8 @@
 //! arises (outer work, drag, friction and damping at the nodes, with the mean of the velocities before and after the
 //! step; stress work at the points, with the mean stress), so that the drift is what the scheme makes or loses by
 //! itself: between points and grid, in the second scatter of MUSL, and because cell-averaged strains do other work than
-//! the forces.
+//! the forces. (FLIP's transfer to the points loses what MUSL's strains, taken with the velocities at the end of the step,
+//! gain: the two are second order in the step and are not told apart.)
 
 use super::advance::{Arena, StepReport};
 use super::lanes::{Baseline, Lanes, V8};

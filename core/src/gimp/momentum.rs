@@ -217,8 +217,8 @@ struct Touching {
 /// acts on the skeleton, up to what stops it. Skeleton that moves off is free; water never passes. Returns the energy
 /// this takes.
 ///
-/// What arrives with a normal velocity loses its kinetic energy (a quarter in the impact of an elastic block); the work of
-/// the stresses on it does not count, since the strains see a wall at rest.
+/// What arrives with a normal velocity is stopped (an elastic block loses a quarter of its energy in an impact); the
+/// work of the stresses on it does not count, since the strains see a wall at rest.
 #[inline(always)]
 fn touch(rates: &mut [f64; 8], contact: Contact, touching: &Touching) -> f64 {
     let (normal, tangential) = (contact.axis, 1 - contact.axis);
@@ -249,13 +249,15 @@ fn touch(rates: &mut [f64; 8], contact: Contact, touching: &Touching) -> f64 {
     taken
 }
 
-/// Takes the velocity of component `i` away; returns the kinetic energy that arrived with it.
+/// Takes the velocity u of component `i` away; returns the energy that the points lose by it: to first order in the change
+/// that reaches a point, M u^2, the momentum M u times the change u. (The node's own energy, M u^2 / 2, is less: elsewhere
+/// the strains, which see the velocities at the end of the step, make up for the difference, but not at a wall at rest.)
 #[inline(always)]
 fn stop(rates: &mut [f64; 8], i: usize, mass: f64) -> f64 {
     let arriving = rates[4 + i] - rates[i];
     rates[i] = -arriving;
     rates[4 + i] = 0.0;
-    0.5 * mass * arriving * arriving
+    mass * arriving * arriving
 }
 
 /// Turns the momenta of the filter's scatter into velocities; the masses are those of the first scatter.

@@ -67,6 +67,20 @@ struct Node<'a> {
     closed: bool,
 }
 
+/// Impulses on one node along one axis whose work counts: on skeleton and water; that of drag on the skeleton.
+#[derive(Clone, Copy, Default)]
+struct Impulses {
+    outer: [f64; 2],
+    drag: f64,
+    damping: [f64; 2],
+}
+
+/// Mean of component `i` of a node's velocities before and after the step, walls included.
+#[inline(always)]
+fn mean_velocity(rates: &[f64; 8], i: usize) -> f64 {
+    rates[4 + i] - 0.5 * rates[i]
+}
+
 /// Change of a velocity after damping: local damping (Cundall 1987) takes a share of the unbalanced force, against the
 /// velocity, for which the change of velocity in the step, drag included, stands; then velocities decay at a rate.
 #[inline(always)]
@@ -130,6 +144,7 @@ fn one_phase(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -
     let mass = sums[0];
     let inverse = 1.0 / mass;
     let mut rates = [0.0; 8];
+    let mut impulses = [[0.0; 2]; 2];
     for axis in 0..2 {
         let arriving = sums[2 + axis] * inverse;
         let outer = mass * balance.gravity[axis] + node.loads.map_or(0.0, |l| l[1 + axis]);
@@ -137,14 +152,16 @@ fn one_phase(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -
         let change = damp(undamped, arriving, balance);
         rates[axis] = change * free[axis];
         rates[4 + axis] = (arriving + change) * free[axis];
-        let mean = (arriving + 0.5 * change) * free[axis];
-        work.outer += dt * outer * mean;
-        work.damping += mass * (undamped - change) * mean;
+        impulses[axis] = [dt * outer, mass * (undamped - change)];
     }
     if let Some(contact) = node.contact {
         let push = -mass * rates[4 + contact.axis] * contact.inward;
         work.contact +=
             touch(&mut rates, contact, &Touching { mass: [mass, 0.0], push, answer: [inverse, 0.0] });
+    }
+    for (axis, [outer, damping]) in impulses.into_iter().enumerate() {
+        work.outer += outer * mean_velocity(&rates, axis);
+        work.damping += damping * mean_velocity(&rates, axis);
     }
     rates
 }
@@ -160,6 +177,7 @@ fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) 
     let (inverse_skeleton, inverse_water, inverse_both) = (1.0 / skeleton, 1.0 / water, 1.0 / both);
     let mut rates = [0.0; 8];
     let mut arrived = [[0.0; 2]; 2];
+    let mut impulses = [Impulses::default(); 2];
     for axis in 0..2 {
         let v = sums[2 + axis] * inverse_skeleton;
         let w = sums[4 + axis] * inverse_water;
@@ -183,11 +201,11 @@ fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) 
         rates[4 + axis] = (v + change_v) * free[axis];
         rates[6 + axis] = (w + change_w) * free[2 + axis];
         arrived[axis] = [r_v, r_w];
-        let mean_v = (v + 0.5 * change_v) * free[axis];
-        let mean_w = (w + 0.5 * change_w) * free[2 + axis];
-        work.outer += dt * (outer_skeleton * mean_v + outer_water * mean_w);
-        work.drag += (skeleton * new_v - r_v) * (mean_w - mean_v);
-        work.damping += skeleton * (new_v - v - change_v) * mean_v + water * (new_w - w - change_w) * mean_w;
+        impulses[axis] = Impulses {
+            outer: [dt * outer_skeleton, dt * outer_water],
+            drag: skeleton * new_v - r_v,
+            damping: [skeleton * (new_v - v - change_v), water * (new_w - w - change_w)],
+        };
     }
     if let Some(contact) = node.contact {
         // Friction sees the effective stress: the wall's whole reaction less that of pore water in the whole volume.
@@ -199,6 +217,12 @@ fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) 
             [(water + drag) * inverse, drag * inverse]
         };
         work.contact += touch(&mut rates, contact, &Touching { mass: [skeleton, water], push, answer });
+    }
+    for (axis, impulses) in impulses.iter().enumerate() {
+        let [v, w] = [mean_velocity(&rates, axis), mean_velocity(&rates, 2 + axis)];
+        work.outer += impulses.outer[0] * v + impulses.outer[1] * w;
+        work.drag += impulses.drag * (w - v);
+        work.damping += impulses.damping[0] * v + impulses.damping[1] * w;
     }
     rates
 }

@@ -3,22 +3,24 @@
 //! One step, as [`Body::step`] takes it:
 //!
 //! 1. `scatter`: masses, momenta and internal forces from the points to the nodes (`shape`).
-//! 2. `momentum`: accelerations with implicit drag, damping and boundary conditions.
+//! 2. `momentum`, with `contact`: accelerations with implicit drag, damping and boundary conditions.
 //! 3. `gather`: velocities and moves of the points, and their momenta back to the nodes (MUSL).
 //! 4. `strain`: velocity gradients from the second set of nodal velocities; means over cells.
 //! 5. `update`, with `soil` and `water`: stress, strength and pore pressure; then the points move.
 //!
 //! `stage` is the time loop, `rest` the rules that end it, `time_step` the critical step. The points lie in blocks
-//! of eight (`block`), sorted by cell (`sort`); the step is compiled three times (`kernel`) from one source
-//! (`advance`, `lanes`), all with the same bits. One analysis runs in one thread.
+//! of eight (`block`), sorted by cell (`sort`); the step is compiled for three kinds of processor (`kernel`)
+//! from one source (`advance`, `lanes`), all with the same bits, each without and with its options. One analysis runs in one thread.
 //!
 //! `loads` adds what acts on single points (free water, held water, external forces), `energy` keeps the balance of energy.
 //!
-//! A point's water never leaves it (single-point formulation): there is no free water and no seepage face.
+//! A point's water never leaves it (single-point formulation): no water comes out of the ground, and free water is a level
+//! that stands still.
 
 mod advance;
 mod block;
 mod body;
+mod contact;
 mod energy;
 mod fill;
 mod gather;

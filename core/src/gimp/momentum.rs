@@ -9,8 +9,9 @@
 //! 2 k (1 - n) rho_s / (n g rho_sat); Mieremet et al. 2016). The water's balance is the one not weighted with the
 //! porosity, multiplied by the node's mean porosity: where porosity varies no force p grad n appears.
 
+use super::contact::{Contact, Touching, hold_off, touch};
 use super::lanes::V8;
-use super::nodes::{Contact, Nodes};
+use super::nodes::Nodes;
 use std::ops::Range;
 
 /// A node with less than this share of a cell's mass is left alone: its sums are round-off. Near the edge of a shape
@@ -227,63 +228,6 @@ fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) 
     rates
 }
 
-/// What a node's masses do in contact with a wall.
-struct Touching {
-    /// Masses of skeleton and water.
-    mass: [f64; 2],
-    /// Impulse of the wall's effective reaction.
-    push: f64,
-    /// Change of the velocities of skeleton and water by an impulse on the skeleton, drag included.
-    answer: [f64; 2],
-}
-
-/// Contact with a wall where the skeleton moves into it: the normal velocities are taken away, and Coulomb friction
-/// acts on the skeleton, up to what stops it. Skeleton that moves off is free; water never passes. Returns the energy
-/// this takes.
-///
-/// What arrives with a normal velocity is stopped (an elastic block loses a quarter of its energy in an impact); the
-/// work of the stresses on it does not count, since the strains see a wall at rest.
-#[inline(always)]
-fn touch(rates: &mut [f64; 8], contact: Contact, touching: &Touching) -> f64 {
-    let (normal, tangential) = (contact.axis, 1 - contact.axis);
-    let mut taken = 0.0;
-    if rates[4 + normal] * contact.inward < 0.0 {
-        let sliding = rates[4 + tangential];
-        let least = contact.coefficient * touching.push.max(0.0);
-        let impulse = least.min(sliding.abs() / touching.answer[0]);
-        let impulse = if sliding < 0.0 { impulse } else { -impulse };
-        let stops = impulse.abs() < least;
-        for (phase, answer) in touching.answer.into_iter().enumerate() {
-            let i = 2 * phase + tangential;
-            let before = 2.0 * rates[4 + i] - rates[i];
-            let change = answer * impulse;
-            rates[i] += change;
-            rates[4 + i] += change;
-            // Mean of the velocities at the start and at the end, twice: (new - change of the step) + new.
-            taken -= 0.5 * touching.mass[phase] * change * (before + change);
-        }
-        if stops {
-            rates[4 + tangential] = 0.0;
-        }
-        taken += stop(rates, normal, touching.mass[0]);
-    }
-    if rates[6 + normal] * contact.inward < 0.0 {
-        taken += stop(rates, 2 + normal, touching.mass[1]);
-    }
-    taken
-}
-
-/// Takes the velocity u of component `i` away; returns the energy that the points lose by it: to first order in the change
-/// that reaches a point, M u^2, the momentum M u times the change u. (The node's own energy, M u^2 / 2, is less: elsewhere
-/// the strains, which see the velocities at the end of the step, make up for the difference, but not at a wall at rest.)
-#[inline(always)]
-fn stop(rates: &mut [f64; 8], i: usize, mass: f64) -> f64 {
-    let arriving = rates[4 + i] - rates[i];
-    rates[i] = -arriving;
-    rates[4 + i] = 0.0;
-    mass * arriving * arriving
-}
-
 /// Turns the momenta of the filter's scatter into velocities; the masses are those of the first scatter.
 #[inline(always)]
 pub(super) fn filtered_velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) {
@@ -333,21 +277,5 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             }
             velocities[k].0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
         }
-    }
-}
-
-/// Keeps the velocities of the second scatter to what the contact decided: nothing moves into the wall, what touches it
-/// does not lift off either (its stress would not fall while it does, which makes energy), what sticks does not slide.
-#[inline(always)]
-fn hold_off(v: &mut [f64; 4], rates: &[f64; 8], contact: Contact) {
-    let (normal, tangential) = (contact.axis, 1 - contact.axis);
-    for phase in [0, 2] {
-        let touches = rates[4 + phase + normal] == 0.0;
-        if touches || v[phase + normal] * contact.inward < 0.0 {
-            v[phase + normal] = 0.0;
-        }
-    }
-    if rates[4] == 0.0 && rates[5] == 0.0 {
-        v[tangential] = 0.0;
     }
 }

@@ -1,20 +1,10 @@
 //! What the grid's nodes and cells hold during a step: one cache line each.
 
+use super::contact::Contact;
 use super::grid::Grid;
 use super::lanes::V8;
 use super::setup::{Conditions, Obstacle, Support};
 use std::ops::Range;
-
-/// A frictional wall along a grid line.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Contact {
-    /// Axis of its normal: 0 or 1.
-    pub(super) axis: usize,
-    /// 1 if the material lies on the side of larger coordinates, else -1.
-    pub(super) inward: f64,
-    /// Coulomb coefficient.
-    pub(super) coefficient: f64,
-}
 
 /// Nodes and cells. Outside `spans` every row of sums is zero.
 #[derive(Debug, Clone)]

@@ -12,7 +12,8 @@ once the water is much stiffer than the skeleton, how stiff it is no longer move
 B = Q / (Q + K), Q = K_w / n. The slide of Example I in two phases with K_w from 0.1 to 6.1 GPa (the reference paper's): \
 from 0.4 GPa on the runout must agree with the stiffest within 5 per cent, which is less than half of what halving the \
 cell changes (slope-convergence); the steps per simulated second must follow the undrained wave speed \
-sqrt((E_oed + Q) / rho) within 5 per cent (the material's own speed and the mesh are the rest). Twice: without a limit on \
+sqrt((E_oed + Q) / rho) within 10 per cent (where the step is so short that drag does not join the phases within it, the step \
+follows the fast wave of the uncoupled phases, at most 8.7 per cent faster here; the rest is the material's own speed). Twice: without a limit on \
 suction, and with one of 100 kPa. Then self-weight consolidation of a column (B6; E_oed 10 MPa) against the closed form \
 with water's 2.2 GPa, 0.4 GPa and 0.1 GPa (B 0.99), at Tv 0.2 and 0.5: root mean square of the cell means within 0.005 of \
 gamma' H.",
@@ -26,8 +27,9 @@ const LIMIT_KPA: f64 = 100.0;
 /// Change of runout that softer water may cause.
 const RUNOUT_TOLERANCE: f64 = 0.05;
 
-/// By how much the steps per second may depart from the undrained wave speed.
-const STEPS_TOLERANCE: f64 = 0.05;
+/// By how much the steps per second may depart from the undrained wave speed: the fast wave of the uncoupled phases runs 3,459
+/// instead of 3,182 m/s with the paper's water, 8.7 % more, and the material itself moves.
+const STEPS_TOLERANCE: f64 = 0.10;
 
 /// Moduli from which the runout must agree, MPa.
 const STIFF_ENOUGH_MPA: f64 = 400.0;

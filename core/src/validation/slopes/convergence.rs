@@ -13,7 +13,7 @@ that five time steps within 5 per cent of each other give five runouts; their ra
 perfect plasticity has no length scale, bands are as thin as the cells allow, and the runout grows with refinement; an \
 independent code with B-bar showed 10 to 15 per cent per halving from 0.8 m cells on. The gate is 20 per cent from 0.8 \
 to 0.4 m (19 cells over the height at the coarse end), and each halving must change less than the one before. The step \
-to 0.2 m is shown without a gate: 14 per cent in one phase and 16 per cent in two were found, above the 10 per cent one \
+to 0.2 m is shown without a gate: 14 per cent in one phase and 15 per cent in two were found, above the 10 per cent one \
 would wish for, so that the runout of a perfectly plastic slope is not converged at any of these cells.",
     run,
 };

@@ -1,8 +1,8 @@
-//! Self-weight consolidation (B6) with water of three stiffnesses.
+//! Consolidation under self-weight (B6) and under a step load (B5) with water of three stiffnesses.
 
 use crate::campaign::Formulation;
 use crate::gimp::{Body, Setup};
-use crate::validation::closed_forms::triangular_excess;
+use crate::validation::closed_forms::{triangular_excess, uniform_excess};
 use crate::validation::measure::{rms, row_centres, row_means};
 use crate::validation::set_up::{GRAINS_KG_M3, GRAVITY_M_S2, WATER_KG_M3, advance, body, column};
 use crate::validation::{Check, Figure, Findings, Series};
@@ -20,6 +20,8 @@ const MODULI_PA: [f64; 3] = [2.2e9, 4e8, 1e8];
 /// Late times: before, softer water still rings.
 const TIME_FACTORS: [f64; 2] = [0.2, 0.5];
 const TOLERANCE: f64 = 5e-3;
+/// Of the step load, as in its own case.
+const STEP_LOAD_TOLERANCE: f64 = 0.01;
 
 /// Adds the checks and the figure.
 pub(super) fn add(findings: &mut Findings) {
@@ -42,6 +44,7 @@ pub(super) fn add(findings: &mut Findings) {
             modulus / 1e6
         ));
     }
+    MODULI_PA.into_iter().for_each(|modulus| step_load(modulus, findings));
     findings.figures.push(Figure {
         name: "consolidation".into(),
         title: "Self-weight consolidation: excess pore pressure".into(),
@@ -50,6 +53,32 @@ pub(super) fn add(findings: &mut Findings) {
         equal_axes: false,
         series,
     });
+}
+
+/// The column under a step load: it starts with the undrained pressure and, counted from the loaded state, no total stress.
+fn step_load(modulus: f64, findings: &mut Findings) {
+    let mut setup = saturated(modulus);
+    setup.conditions.gravity_m_s2 = [0.0, 0.0];
+    let storage = modulus / POROSITY;
+    let undrained = 10e3 * storage / (storage + CONSTRAINED_MODULUS_PA);
+    setup.points.pressure.fill(undrained);
+    setup.points.stress.fill([0.0, undrained, 0.0, 0.0]);
+    let mut body = body(setup);
+    let h = HEIGHT_M / CELLS as f64;
+    for factor in TIME_FACTORS {
+        advance(&mut body, factor * HEIGHT_M * HEIGHT_M / consolidation_m2_s(modulus), |_| {});
+        let means = row_means(&body.setup().points.y, &body.state().pressure, CELLS, h);
+        let centres = row_centres(CELLS, h);
+        let errors = means
+            .iter()
+            .zip(centres)
+            .map(|(p, y)| p / undrained - uniform_excess(1.0 - y / HEIGHT_M, factor));
+        let what = format!(
+            "step load, K_w {} MPa, Tv {factor}, rms error over the undrained pressure",
+            modulus / 1e6
+        );
+        findings.checks.push(Check::at_most(what, "", STEP_LOAD_TOLERANCE, rms(errors)));
+    }
 }
 
 /// c_v = k / gamma_w / (1 / E_oed + n / K_w), m2/s.

@@ -16,7 +16,7 @@ sqrt((E_oed + Q) / rho) within 10 per cent (where the step is so short that drag
 follows the fast wave of the uncoupled phases, at most 8.7 per cent faster here; the rest is the material's own speed). Twice: without a limit on \
 suction, and with one of 100 kPa. Then self-weight consolidation of a column (B6; E_oed 10 MPa) against the closed form \
 with water's 2.2 GPa, 0.4 GPa and 0.1 GPa (B 0.99), at Tv 0.2 and 0.5: root mean square of the cell means within 0.005 of \
-gamma' H.",
+gamma' H; and the same column under a step load (B5) within 0.01 of the undrained pressure.",
     run,
 };
 

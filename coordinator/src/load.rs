@@ -176,7 +176,10 @@ fn read_tables(path: &Path, campaign_text: String) -> Result<Inputs, LoadError> 
 }
 
 /// Parses campaign text with the text of its surface profile and the file that this is from.
-fn parse(path: &Path, text: &str, profile: Option<&(String, PathBuf)>) -> Result<Campaign, LoadError> {
+///
+/// # Errors
+/// Texts that are wrong; `path` names the campaign file in messages.
+pub fn parse(path: &Path, text: &str, profile: Option<&(String, PathBuf)>) -> Result<Campaign, LoadError> {
     let line = profile
         .map(|(text, section)| {
             profile::parse(text).map_err(|error| LoadError::Profile { path: section.clone(), error })

@@ -267,6 +267,7 @@ fn a_run_directory_keeps_the_surface_profile() {
             .expect("JSON");
     assert_eq!(spec["digest"], again.spec.digest());
     assert!(desk.said(&["replay", "run", "2", "--out", "again"]).contains("realisation 2: the same bits"));
+    assert!(desk.said(&["status", "run"]).contains("realisations"));
     desk.said(&["report", "run"]);
     let page = std::fs::read_to_string(desk.path("run/report.html")).expect("it is written");
     for input in ["layers.marl.cohesion_kpa", "obstacles[1].x_m", "The surveyed profile", "\nmarl\n"] {

@@ -221,8 +221,8 @@ pub fn of_directory(path: &Path) -> anyhow::Result<Status> {
 /// # Errors
 /// Its campaign file is wrong.
 pub fn campaign_of(view: &RunView, path: &Path) -> Result<Campaign, load::LoadError> {
-    runout_core::campaign::parse(&view.campaign_text)
-        .map_err(|error| load::LoadError::Campaign { path: path.join("campaign.toml"), error })
+    let profile = view.profile_text.clone().map(|text| (text, path.join(run_directory::PROFILE_FILE)));
+    load::parse(&path.join("campaign.toml"), &view.campaign_text, profile.as_ref())
 }
 
 /// Folds outcomes in index order, as far as they are contiguous and until the decision to stop.

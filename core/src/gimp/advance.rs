@@ -1,28 +1,33 @@
-//! One time step of MUSL, for eight points at a time; compiled once per kernel and formulation.
+//! One time step of MUSL: the phases in order, each over all its parts.
 //!
 //! Order: (scatter) - momentum balance - (filter) - gather and second scatter - velocities - gradients - cell means -
 //! stress, pore pressure, volume and move - scatter for the next step. The last two are one pass over the points.
 
-use super::block::Block;
-use super::gather::{self, Blend, Motion};
-use super::grid::{Grid, GridLanes};
-use super::lanes::{Lanes, V8};
+use super::balance::Balance;
+use super::block::{Block, Extra};
+use super::grid::Grid;
+use super::kernel::Build;
 use super::loads::Loads;
-use super::momentum::{self, Balance, NodeWork};
+use super::momentum::NodeWork;
 use super::nodes::Nodes;
-use super::scatter::{self, PoreFluid};
-use super::strain::{self, Averaging};
-use super::update::{self, Tally};
+use super::phase::{Phase, Tally, rest_padding};
+use super::plan::{Chunk, Plan};
+use super::strain::Averaging;
 use super::water::PoreWater;
+use super::window::{Points, Window};
+use std::ops::Range;
 
 /// The points and grid of an analysis.
 #[derive(Debug, Clone)]
 pub(super) struct Arena {
     pub(super) grid: Grid,
     pub(super) blocks: Vec<Block>,
+    /// As many as `blocks`, or none if the step needs none.
+    pub(super) extras: Vec<Extra>,
     /// Points in the last block that are real.
     pub(super) live_in_last: usize,
     pub(super) nodes: Nodes,
+    pub(super) plan: Plan,
     /// Whether `nodes.sums` holds the scatter of the points' present state.
     pub(super) scattered: bool,
 }
@@ -58,9 +63,10 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// Whether the step needs more than the plain scheme: what is compiled into its second form only.
-    pub(super) fn extras(&self) -> bool {
-        self.filter_twice || self.stretch || self.soften || self.loads.is_some()
+    /// How means over cells are taken, if they are needed.
+    #[inline(always)]
+    pub(super) fn average(&self, two: bool) -> Option<&Averaging> {
+        (self.average_strain || (two && self.water.relaxation > 0.0)).then_some(&self.averaging)
     }
 }
 
@@ -83,85 +89,123 @@ pub(super) struct StepReport {
     pub(super) water_work: f64,
 }
 
-/// Carries the arena through one step.
-#[inline(always)]
-pub(super) fn advance<S: Lanes, const TWO: bool, const EXTRA: bool>(
-    arena: &mut Arena,
-    step: &Step,
-) -> StepReport {
-    let Arena { grid, blocks, live_in_last, nodes, scattered } = arena;
-    let lanes = GridLanes::<S>::new(grid, step.half_length);
-    let stride = grid.nodes[0];
-    let water_density = S::splat(step.balance.water_density);
-    let fluid = PoreFluid { density: water_density, lowest_pressure: S::splat(-step.water.cavitation) };
-    let dt = S::splat(step.dt);
-    let zero = S::splat(0.0);
-    let loads = step.loads.as_ref().filter(|_| EXTRA);
+/// Carries the arena through one step; with `side_by_side`, the parts of a phase in the threads of the current pool.
+pub(super) fn advance(arena: &mut Arena, build: Build, step: &Step, side_by_side: bool) -> StepReport {
+    let filter = step.filter_twice;
+    let average = step.average(build.two).is_some();
+    let phases = [
+        (!arena.scattered, Phase::Scatter),
+        (true, Phase::Balance),
+        (filter, Phase::Filter),
+        (filter, Phase::FilteredVelocities),
+        (true, Phase::Gather),
+        (true, Phase::Velocities),
+        (true, Phase::Gradients),
+        (average, Phase::Means),
+        (true, Phase::Update),
+    ];
+    let mut tally = Tally::default();
+    for (_, phase) in phases.into_iter().filter(|(needed, _)| *needed) {
+        tally = tally.and(run(arena, &Job { build, phase, step, side_by_side }));
+    }
+    arena.scattered = true;
+    StepReport {
+        kinetic_energy: 0.5 * tally.double_energy,
+        fastest: tally.fastest_squared.sqrt(),
+        left_grid: tally.outside,
+        nodes: tally.nodes,
+        filtered: 0.5 * tally.double_loss,
+        stress_work: tally.stress_work,
+        water_work: tally.water_work,
+    }
+}
 
-    if !*scattered {
-        for block in blocks.iter() {
-            scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, &fluid, loads, block, nodes);
-        }
-    }
-    let node_work = momentum::accelerate::<TWO, EXTRA>(nodes, &step.balance, step.dt);
+/// A phase to be run.
+struct Job<'a> {
+    build: Build,
+    phase: Phase,
+    step: &'a Step,
+    side_by_side: bool,
+}
 
-    let filter_twice = EXTRA && step.filter_twice;
-    if filter_twice {
-        for block in blocks.iter() {
-            gather::scatter_filtered::<S, TWO>(&lanes, stride, water_density, block, nodes);
-        }
-        momentum::filtered_velocities::<TWO>(nodes, &step.balance);
+/// One phase over all its parts.
+fn run(arena: &mut Arena, job: &Job<'_>) -> Tally {
+    let Arena { grid, blocks, extras, live_in_last, nodes, plan, .. } = arena;
+    if matches!(job.phase, Phase::Balance | Phase::FilteredVelocities | Phase::Velocities | Phase::Means) {
+        let spans = std::mem::take(&mut nodes.spans);
+        let tally = job.at_nodes(grid, &spans, &plan.bands, Window::all(nodes));
+        nodes.spans = spans;
+        return tally;
     }
-    let blend = Blend { dt, pic: S::splat(step.pic), twice: filter_twice, water_density };
-    let mut motion = Motion { double_energy: zero, double_loss: zero, fastest: zero };
-    for block in blocks.iter_mut() {
-        gather::gather_and_scatter_again::<S, TWO, EXTRA>(&lanes, stride, &blend, block, nodes, &mut motion);
+    let mut tally = Tally::default();
+    for chunks in &plan.colours {
+        let points = Points { first: 0, blocks, extras };
+        tally = tally.and(job.at_points(grid, chunks, points, Window::all(nodes)));
     }
-    if let Some(last) = blocks.last_mut() {
+    if job.phase == Phase::Gather
+        && let Some(last) = blocks.last_mut()
+    {
         rest_padding(last, *live_in_last);
     }
-    momentum::velocities::<TWO>(nodes, &step.balance);
-
-    let average = (step.average_strain || (TWO && step.water.relaxation > 0.0)).then_some(&step.averaging);
-    for block in blocks.iter_mut() {
-        strain::gradients::<S, TWO, EXTRA>(&lanes, stride, dt, average, block, nodes);
-    }
-    if average.is_some() {
-        strain::average_cells(nodes);
-    }
-
-    let mut tally = Tally { outside: zero, stress_work: zero, water_work: zero };
-    for block in blocks.iter_mut() {
-        update::update::<S, TWO, EXTRA>(&lanes, step, average, block, &nodes.cells, &mut tally);
-        scatter::scatter::<S, TWO, EXTRA>(&lanes, stride, &fluid, loads, block, nodes);
-    }
-    *scattered = true;
-    report(motion, tally, node_work)
+    tally
 }
 
-fn report<S: Lanes>(motion: Motion<S>, tally: Tally<S>, nodes: NodeWork) -> StepReport {
-    let lanes_of = |s: S| {
-        let mut lanes = V8::ZERO;
-        s.store(&mut lanes);
-        lanes.0
-    };
-    let sum = |s: S| lanes_of(s).iter().sum::<f64>();
-    StepReport {
-        kinetic_energy: 0.5 * sum(motion.double_energy),
-        fastest: lanes_of(motion.fastest).iter().fold(0.0_f64, |a, &b| a.max(b)).sqrt(),
-        left_grid: lanes_of(tally.outside).iter().any(|&o| o > 0.0),
-        nodes,
-        filtered: 0.5 * sum(motion.double_loss),
-        stress_work: sum(tally.stress_work),
-        water_work: sum(tally.water_work),
-    }
-}
-
-/// Keeps the points that only fill the last block where they are.
-fn rest_padding(last: &mut Block, live: usize) {
-    for lane in live..8 {
-        for quantity in [&mut last.vx, &mut last.vy, &mut last.wx, &mut last.wy, &mut last.dx, &mut last.dy] {
-            quantity.0[lane] = 0.0;
+impl Job<'_> {
+    /// Over chunks that touch no node in common, in halves of halves: the order of the sums hangs on their number only.
+    fn at_points(&self, grid: &Grid, chunks: &[Chunk], points: Points<'_>, nodes: Window<'_>) -> Tally {
+        let stride = grid.nodes[0];
+        match chunks {
+            [] => Tally::default(),
+            [chunk] => {
+                let mut nodes = nodes.only(chunk.rows.start * stride..chunk.rows.end * stride);
+                let points = points.only(&chunk.blocks);
+                self.build.at_points(self.phase, grid, self.step, &chunk.rows, points, &mut nodes)
+            }
+            _ => {
+                let (left, right) = chunks.split_at(chunks.len() / 2);
+                let (left_points, right_points) = points.split_at(right[0].blocks.start);
+                let (left_nodes, right_nodes) = nodes.split_at(right[0].rows.start * stride);
+                let (a, b) = self.both(
+                    || self.at_points(grid, left, left_points, left_nodes),
+                    || self.at_points(grid, right, right_points, right_nodes),
+                );
+                a.and(b)
+            }
         }
+    }
+
+    /// Over bands of rows of nodes.
+    fn at_nodes(
+        &self,
+        grid: &Grid,
+        spans: &[Range<usize>],
+        bands: &[Range<usize>],
+        nodes: Window<'_>,
+    ) -> Tally {
+        let stride = grid.nodes[0];
+        match bands {
+            [] => Tally::default(),
+            [band] => {
+                let mut nodes = nodes.only(band.start * stride..band.end * stride);
+                self.build.at_nodes(self.phase, self.step, &spans[band.clone()], &mut nodes)
+            }
+            _ => {
+                let (left, right) = bands.split_at(bands.len() / 2);
+                let (left_nodes, right_nodes) = nodes.split_at(right[0].start * stride);
+                let (a, b) = self.both(
+                    || self.at_nodes(grid, spans, left, left_nodes),
+                    || self.at_nodes(grid, spans, right, right_nodes),
+                );
+                a.and(b)
+            }
+        }
+    }
+
+    fn both(
+        &self,
+        left: impl FnOnce() -> Tally + Send,
+        right: impl FnOnce() -> Tally + Send,
+    ) -> (Tally, Tally) {
+        if self.side_by_side { rayon::join(left, right) } else { (left(), right()) }
     }
 }

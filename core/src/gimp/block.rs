@@ -3,19 +3,19 @@
 use super::lanes::V8;
 
 macro_rules! block {
-    ($($(#[$doc:meta])* $name:ident,)*) => {
-        /// Eight material points.
+    ($(#[$head:meta])* $block:ident: $($(#[$doc:meta])* $name:ident,)*) => {
+        $(#[$head])*
         #[derive(Debug, Clone)]
         #[repr(C)]
-        pub(super) struct Block {
+        pub(super) struct $block {
             $($(#[$doc])* pub(super) $name: V8,)*
         }
 
-        impl Block {
-            pub(super) const EMPTY: Block = Block { $($name: V8::ZERO,)* };
+        impl $block {
+            pub(super) const EMPTY: $block = $block { $($name: V8::ZERO,)* };
 
             /// Copies the point in lane `from` of `source` to lane `to`.
-            pub(super) fn copy_point(&mut self, to: usize, source: &Block, from: usize) {
+            pub(super) fn copy_point(&mut self, to: usize, source: &$block, from: usize) {
                 $(self.$name.0[to] = source.$name.0[from];)*
             }
         }
@@ -23,6 +23,8 @@ macro_rules! block {
 }
 
 block! {
+    /// Eight material points.
+    Block:
     /// Position, m.
     x,
     /// Position, m.
@@ -81,7 +83,12 @@ block! {
     tension,
     /// Equivalent deviatoric plastic strain.
     plastic_strain,
-    /// Peak cohesion, Pa; this and the rest of the strength below only where strength softens.
+}
+
+block! {
+    /// What only some analyses need to know of eight points: softening, domains that stretch, loads of their own.
+    Extra:
+    /// Peak cohesion, Pa.
     cohesion,
     /// Peak friction angle, rad.
     friction_angle,

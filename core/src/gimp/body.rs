@@ -1,17 +1,19 @@
 //! An analysis under way: the points and the grid, and the steps that carry them.
 
-use super::advance::{Arena, Step};
+use super::advance::{Arena, Step, advance};
+use super::balance::Balance;
 use super::block::Block;
 use super::energy::{Energy, Ledger, Stored, stored};
-use super::fill::{fill_blocks, point_loads_needed};
-use super::kernel::{Kernel, dispatch};
+use super::fill::{fill_blocks, fill_extras, point_loads_needed};
+use super::kernel::{Build, Kernel};
 use super::loads::Loads;
-use super::momentum::Balance;
 use super::nodes::Nodes;
+use super::plan::Plan;
 use super::rest::Stand;
 use super::setup::{InitialPoints, Setup};
-use super::sort;
+use super::sort::Sorter;
 use super::strain::Averaging;
+use super::threads::Threads;
 use super::time_step::{fastest_wave, time_step};
 use super::water::PoreWater;
 use crate::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
@@ -20,7 +22,11 @@ use thiserror::Error;
 /// Largest friction angle that can be analysed, rad (80 degrees: tan phi is 5.7, far above any soil's).
 pub const LARGEST_FRICTION_ANGLE_RAD: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
-/// Points are sorted again once one may have moved this share of a cell: the spans of nodes leave room for one.
+/// The nodes a point may touch leave room for moves of one cell between sorts; with some left for what moves faster than
+/// the fastest point, as a mean of nodes may.
+const REACH_CELLS: f64 = 0.75;
+
+/// Points are sorted again once one may have moved this share of a cell.
 const SORT_AFTER_CELLS: f64 = 0.25;
 
 /// A material that cannot be analysed.
@@ -57,7 +63,7 @@ pub enum MaterialError {
 pub struct Report {
     /// Kinetic energy of everything, J per m of width.
     pub kinetic_energy_j: f64,
-    /// Whether a point has left the grid.
+    /// Whether a point has left the grid, or moves more than half a cell in a step.
     pub left_grid: bool,
 }
 
@@ -98,8 +104,10 @@ pub struct State {
 #[derive(Debug, Clone)]
 pub struct Body {
     setup: Setup,
-    kernel: Kernel,
+    build: Build,
+    threads: Threads,
     arena: Arena,
+    sorter: Sorter,
     /// Original index of the point in each place.
     order: Vec<u32>,
     /// Whether points carry loads of their own.
@@ -130,28 +138,33 @@ impl Body {
     pub fn new(setup: Setup, kernel: Kernel) -> Result<Body, MaterialError> {
         check(&setup)?;
         let points = &setup.points;
-        let (blocks, live_in_last) = fill_blocks(&setup);
         let grid = setup.grid;
         let loads = point_loads_needed(&setup);
         let filter = setup.controls.velocity_filter == VelocityFilter::Xpic;
+        // An elastic stage has no strength to lose.
+        let soften = setup.materials.iter().any(|m| m.softening.is_some())
+            && points.cohesion.iter().any(|c| c.is_finite());
+        let two = setup.controls.formulation == Formulation::TwoPhase;
+        let extra = loads || filter || soften || setup.controls.point_domain == PointDomain::Stretched;
         let arena = Arena {
             grid,
-            blocks,
-            live_in_last,
+            blocks: fill_blocks(&setup),
+            extras: if extra { fill_extras(&setup) } else { Vec::new() },
+            live_in_last: points.len() - 8 * (points.len().div_ceil(8) - 1).min(points.len()),
+            plan: Plan::with_room(&grid),
             nodes: Nodes::new(&grid, &setup.conditions, &setup.obstacles, loads, filter),
             scattered: false,
         };
-        let two = setup.controls.formulation == Formulation::TwoPhase;
         let mut body = Body {
-            kernel: kernel.or_best(),
+            build: Build { kernel: kernel.or_best(), two, extra },
+            threads: Threads::default(),
+            sorter: Sorter::new(&arena, points.len()),
             start: stored(&arena, &setup.fluid, two),
             ledger: Ledger::default(),
             arena,
             order: (0..points.len() as u32).collect(),
             loads,
-            // An elastic stage has no strength to lose.
-            soften: setup.materials.iter().any(|m| m.softening.is_some())
-                && points.cohesion.iter().any(|c| c.is_finite()),
+            soften,
             load_share: 1.0,
             wave_m_s: fastest_wave(&setup),
             largest_density: points.density.iter().copied().fold(0.0, f64::max),
@@ -165,7 +178,7 @@ impl Body {
             steps: 0,
             setup,
         };
-        sort::sort(&mut body.arena, &mut body.order);
+        body.sorter.sort(&mut body.arena, &mut body.order);
         Ok(body)
     }
 
@@ -194,21 +207,28 @@ impl Body {
         time_step(&self.setup.controls, self.setup.grid.cell_m, self.wave_m_s, self.fastest_m_s)
     }
 
+    /// Lets these threads share the steps from now on; they move no bits.
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.threads = threads;
+    }
+
     /// Carries the points through one step of `dt_s`, s.
     pub fn step(&mut self, dt_s: f64) -> Report {
         if self.travelled_m > SORT_AFTER_CELLS * self.setup.grid.cell_m {
-            sort::sort(&mut self.arena, &mut self.order);
+            self.sorter.sort(&mut self.arena, &mut self.order);
             self.travelled_m = 0.0;
         }
-        let two = self.setup.controls.formulation == Formulation::TwoPhase;
         let step = self.constants(dt_s);
-        let report = dispatch(self.kernel, two, &mut self.arena, &step);
+        let Body { arena, build, threads, .. } = self;
+        let report = threads.run(|side_by_side| advance(arena, *build, &step, side_by_side));
         self.ledger.enter(&report);
         self.fastest_m_s = report.fastest;
         self.travelled_m += report.fastest * dt_s;
         self.time_s += dt_s;
         self.steps += 1;
-        Report { kinetic_energy_j: report.kinetic_energy, left_grid: report.left_grid }
+        // Beyond its reach a point's sums went to the wrong nodes; no soil moves that far in a step.
+        let out_of_reach = self.travelled_m > REACH_CELLS * self.setup.grid.cell_m;
+        Report { kinetic_energy_j: report.kinetic_energy, left_grid: report.left_grid || out_of_reach }
     }
 
     /// Lets this share of the external forces act from now on (1 at first).

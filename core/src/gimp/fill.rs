@@ -1,6 +1,6 @@
 //! From the points as set up to blocks.
 
-use super::block::Block;
+use super::block::{Block, Extra};
 use super::setup::{Material, Setup, Softening};
 use super::time_step::bulk_and_shear;
 use crate::campaign::Formulation;
@@ -20,8 +20,8 @@ fn differ<T: PartialEq>(mut values: impl Iterator<Item = T>) -> bool {
     values.next().is_some_and(|first| values.any(|value| value != first))
 }
 
-/// The points in blocks, in the given order, and how many of the last block are real.
-pub(super) fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
+/// The points in blocks, in the given order.
+pub(super) fn fill_blocks(setup: &Setup) -> Vec<Block> {
     let count = setup.points.len();
     let mut blocks = vec![Block::EMPTY; count.div_ceil(8)];
     for i in 0..count {
@@ -29,7 +29,18 @@ pub(super) fn fill_blocks(setup: &Setup) -> (Vec<Block>, usize) {
         place(block, i % 8, setup, i);
         set_material(block, i % 8, setup, i);
     }
-    (blocks, count - 8 * (count.div_ceil(8) - 1).min(count))
+    blocks
+}
+
+/// As [`fill_blocks`], for what only some analyses need.
+pub(super) fn fill_extras(setup: &Setup) -> Vec<Extra> {
+    let count = setup.points.len();
+    let mut extras = vec![Extra::EMPTY; count.div_ceil(8)];
+    for i in 0..count {
+        set_softening(&mut extras[i / 8], i % 8, setup, i);
+        set_loads(&mut extras[i / 8], i % 8, setup, i);
+    }
+    extras
 }
 
 /// Place, motion, stress, masses and loads of point `i`.
@@ -48,11 +59,6 @@ fn place(block: &mut Block, lane: usize, setup: &Setup, i: usize) {
     block.volume.0[lane] = points.volume[i];
     block.grains.0[lane] = grains;
     block.mass.0[lane] = points.density[i] * points.volume[i] - water_mass;
-    block.half_x.0[lane] = 0.5 / f64::from(setup.points_per_cell_side);
-    block.half_y.0[lane] = block.half_x.0[lane];
-    block.drag_rate.0[lane] = fluid.gravity_m_s2 / material.permeability_m_s;
-    block.held.0[lane] = f64::from(u8::from(points.water_held[i]));
-    [block.force_x.0[lane], block.force_y.0[lane]] = points.force[i];
 }
 
 /// Stiffness and strength of point `i`.
@@ -66,6 +72,12 @@ fn set_material(block: &mut Block, lane: usize, setup: &Setup, i: usize) {
     let cutoff = cutoff(material, cohesion);
     [block.sin_phi.0[lane], block.two_c_cos_phi.0[lane], block.apex.0[lane], block.tension.0[lane]] =
         strength(cohesion, friction_angle, cutoff);
+}
+
+/// How the strength of point `i` softens.
+fn set_softening(extra: &mut Extra, lane: usize, setup: &Setup, i: usize) {
+    let (cohesion, friction_angle) = (setup.points.cohesion[i], setup.points.friction_angle[i]);
+    let material = setup.material_of(i);
     let none = Softening {
         residual_cohesion: 1.0,
         residual_friction_angle: 1.0,
@@ -73,15 +85,25 @@ fn set_material(block: &mut Block, lane: usize, setup: &Setup, i: usize) {
         displacement_m: f64::INFINITY,
     };
     let softening = material.softening.unwrap_or(none);
-    block.cohesion.0[lane] = cohesion;
-    block.friction_angle.0[lane] = friction_angle;
-    block.dilation_angle.0[lane] = material.dilation_angle_rad;
-    block.tension_cutoff.0[lane] = cutoff;
-    block.residual_cohesion.0[lane] = softening.residual_cohesion;
-    block.residual_friction_angle.0[lane] = softening.residual_friction_angle;
-    block.residual_dilation_angle.0[lane] = softening.residual_dilation_angle;
-    block.softening_rate.0[lane] = 3.0_f64.sqrt() * setup.grid.cell_m / softening.displacement_m;
-    block.peak_left.0[lane] = 1.0;
+    extra.cohesion.0[lane] = cohesion;
+    extra.friction_angle.0[lane] = friction_angle;
+    extra.dilation_angle.0[lane] = material.dilation_angle_rad;
+    extra.tension_cutoff.0[lane] = cutoff(material, cohesion);
+    extra.residual_cohesion.0[lane] = softening.residual_cohesion;
+    extra.residual_friction_angle.0[lane] = softening.residual_friction_angle;
+    extra.residual_dilation_angle.0[lane] = softening.residual_dilation_angle;
+    extra.softening_rate.0[lane] = 3.0_f64.sqrt() * setup.grid.cell_m / softening.displacement_m;
+    extra.peak_left.0[lane] = 1.0;
+}
+
+/// Domain and loads of point `i`.
+fn set_loads(extra: &mut Extra, lane: usize, setup: &Setup, i: usize) {
+    let Setup { points, fluid, .. } = setup;
+    extra.half_x.0[lane] = 0.5 / f64::from(setup.points_per_cell_side);
+    extra.half_y.0[lane] = extra.half_x.0[lane];
+    extra.drag_rate.0[lane] = fluid.gravity_m_s2 / setup.material_of(i).permeability_m_s;
+    extra.held.0[lane] = f64::from(u8::from(points.water_held[i]));
+    [extra.force_x.0[lane], extra.force_y.0[lane]] = points.force[i];
 }
 
 /// Tension cut-off, Pa; infinite for none, and in an elastic material.

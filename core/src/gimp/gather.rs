@@ -1,11 +1,11 @@
 //! Grid to points: velocities, moves, and the second scatter of MUSL (Sulsky, Zhou & Schreyer 1995).
 
-use super::block::Block;
+use super::block::{Block, Extra};
 use super::grid::GridLanes;
 use super::lanes::{Lanes, V8};
-use super::nodes::Nodes;
-use super::scatter::add_values;
 use super::shape::{self, Shape};
+use super::transfer::{self, Values};
+use super::window::Window;
 
 /// What a pass over the points adds up, lane by lane.
 #[derive(Clone, Copy)]
@@ -34,6 +34,26 @@ pub(super) struct Blend<S> {
 /// Velocities of skeleton (2) and water (2) of eight points.
 type Velocities<S> = [S; 4];
 
+/// What the grid tells eight points of its motion.
+struct GridMotion<S> {
+    /// Changes of velocity in the step.
+    change: Velocities<S>,
+    /// Velocities at its end.
+    end: Velocities<S>,
+}
+
+#[inline(always)]
+fn grid_motion<S: Lanes, const TWO: bool>(shape: &Shape, stride: usize, rates: &[V8]) -> GridMotion<S> {
+    if TWO {
+        let [a, b, c, d, e, f, g, h] = transfer::collect::<S>(&Values(shape), stride, rates);
+        GridMotion { change: [a, b, c, d], end: [e, f, g, h] }
+    } else {
+        let zero = S::splat(0.0);
+        let [a, b, e, f] = transfer::collect_low::<S>(&Values(shape), stride, rates);
+        GridMotion { change: [a, b, zero, zero], end: [e, f, zero, zero] }
+    }
+}
+
 /// Adds the momenta that the points have with the grid's velocities before the step: the second pass of the filter.
 #[inline(always)]
 pub(super) fn scatter_filtered<S: Lanes, const TWO: bool>(
@@ -41,25 +61,20 @@ pub(super) fn scatter_filtered<S: Lanes, const TWO: bool>(
     stride: usize,
     water_density: S,
     block: &Block,
-    nodes: &mut Nodes,
+    extra: Option<&Extra>,
+    nodes: &mut Window<'_>,
 ) {
-    let mut shape = Shape::empty();
-    shape::values::<S, true>(grid, block, &mut shape);
-    let rows = S::transpose(collect(&shape, stride, &nodes.rates));
-    let zero = S::splat(0.0);
+    let shape = shape::values::<S, true>(grid, block, extra);
+    let grid = grid_motion::<S, TWO>(&shape, stride, nodes.rates);
     let mass = S::load(&block.mass);
-    let water = if TWO { water_mass(block, water_density) } else { zero };
+    let water = if TWO { water_mass(block, water_density) } else { S::splat(0.0) };
     let momenta = [
-        mass * (rows[4] - rows[0]),
-        mass * (rows[5] - rows[1]),
-        water * (rows[6] - rows[2]),
-        water * (rows[7] - rows[3]),
-        zero,
-        zero,
-        zero,
-        zero,
+        mass * (grid.end[0] - grid.change[0]),
+        mass * (grid.end[1] - grid.change[1]),
+        water * (grid.end[2] - grid.change[2]),
+        water * (grid.end[3] - grid.change[3]),
     ];
-    add_values(&S::transpose(momenta), &shape, stride, &mut nodes.filtered);
+    transfer::add_low::<S>(&transfer::low_rows(momenta), &Values(&shape), stride, nodes.filtered);
 }
 
 /// Updates the velocities of eight points, notes their moves, and adds their new momenta to the nodes.
@@ -69,31 +84,31 @@ pub(super) fn gather_and_scatter_again<S: Lanes, const TWO: bool, const EXTRA: b
     stride: usize,
     blend: &Blend<S>,
     block: &mut Block,
-    nodes: &mut Nodes,
+    extra: Option<&Extra>,
+    nodes: &mut Window<'_>,
     motion: &mut Motion<S>,
 ) {
-    let mut shape = Shape::empty();
-    shape::values::<S, EXTRA>(grid, block, &mut shape);
-    let rows = S::transpose(collect(&shape, stride, &nodes.rates));
+    let shape = shape::values::<S, EXTRA>(grid, block, extra);
+    let grid = grid_motion::<S, TWO>(&shape, stride, nodes.rates);
     let filtered = if EXTRA && blend.twice {
-        Some(S::transpose(collect(&shape, stride, &nodes.filtered)))
+        Some(transfer::collect_low::<S>(&Values(&shape), stride, nodes.filtered))
     } else {
         None
     };
-    let zero = S::splat(0.0);
     let old = [S::load(&block.vx), S::load(&block.vy), S::load(&block.wx), S::load(&block.wy)];
-    let (new, lost) = blend_velocities::<S, TWO>(blend, &old, &rows, filtered.as_ref());
+    let (new, lost) = blend_velocities::<S, TWO>(blend, &old, &grid, filtered.as_ref());
 
     new[0].store(&mut block.vx);
     new[1].store(&mut block.vy);
-    (rows[4] * blend.dt).store(&mut block.dx);
-    (rows[5] * blend.dt).store(&mut block.dy);
+    (grid.end[0] * blend.dt).store(&mut block.dx);
+    (grid.end[1] * blend.dt).store(&mut block.dy);
     let mass = S::load(&block.mass);
     let square = new[0].mul_add(new[0], new[1] * new[1]);
     motion.double_energy = mass.mul_add(square, motion.double_energy);
     motion.double_loss = mass.mul_add(lost[0], motion.double_loss);
     motion.fastest = square.max(motion.fastest);
-    let mut momenta = [mass * new[0], mass * new[1], zero, zero, zero, zero, zero, zero];
+    let zero = S::splat(0.0);
+    let mut momenta = [mass * new[0], mass * new[1], zero, zero];
     if TWO {
         new[2].store(&mut block.wx);
         new[3].store(&mut block.wy);
@@ -105,7 +120,7 @@ pub(super) fn gather_and_scatter_again<S: Lanes, const TWO: bool, const EXTRA: b
         momenta[2] = water * new[2];
         momenta[3] = water * new[3];
     }
-    add_values(&S::transpose(momenta), &shape, stride, &mut nodes.velocities);
+    transfer::add_low::<S>(&transfer::low_rows(momenta), &Values(&shape), stride, nodes.velocities);
 }
 
 /// Mass of the water of eight points, kg/m.
@@ -124,17 +139,17 @@ fn water_mass<S: Lanes>(block: &Block, water_density: S) -> S {
 fn blend_velocities<S: Lanes, const TWO: bool>(
     blend: &Blend<S>,
     old: &Velocities<S>,
-    rows: &[S; 8],
-    filtered: Option<&[S; 8]>,
+    grid: &GridMotion<S>,
+    filtered: Option<&Velocities<S>>,
 ) -> (Velocities<S>, [S; 2]) {
     let mut new = *old;
     let mut lost = [S::splat(0.0); 2];
     for i in 0..if TWO { 4 } else { 2 } {
-        let flip = old[i] + rows[i];
+        let flip = old[i] + grid.change[i];
         let noise = match filtered {
-            None => flip - rows[4 + i],
+            None => flip - grid.end[i],
             Some(filtered) => {
-                let before = rows[4 + i] - rows[i];
+                let before = grid.end[i] - grid.change[i];
                 old[i] - (before + before) + filtered[i]
             }
         };
@@ -142,40 +157,4 @@ fn blend_velocities<S: Lanes, const TWO: bool>(
         lost[i / 2] = lost[i / 2] + (flip - new[i]) * (flip + new[i]);
     }
     (new, lost)
-}
-
-/// Per point, the sum of S times the nodes' rows.
-#[inline(always)]
-fn collect<S: Lanes>(shape: &Shape, stride: usize, nodes: &[V8]) -> [S; 8] {
-    let mut rows = [S::splat(0.0); 8];
-    for (q, row) in rows.iter_mut().enumerate() {
-        let mut sum = S::splat(0.0);
-        for j in 0..3 {
-            let base = shape.base[q] + j * stride;
-            for (i, node) in nodes[base..base + 3].iter().enumerate() {
-                sum = S::splat(shape.value[3 * j + i].0[q]).mul_add(S::load(node), sum);
-            }
-        }
-        *row = sum;
-    }
-    rows
-}
-
-/// Per point, the sum of dS/dx times the first half and dS/dy times the second half of the nodes' rows.
-#[inline(always)]
-pub(super) fn collect_gradients<S: Lanes>(shape: &Shape, stride: usize, nodes: &[V8]) -> [S; 8] {
-    let mut rows = [S::splat(0.0); 8];
-    for (q, row) in rows.iter_mut().enumerate() {
-        let mut sum = S::splat(0.0);
-        for j in 0..3 {
-            let base = shape.base[q] + j * stride;
-            for (i, node) in nodes[base..base + 3].iter().enumerate() {
-                let k = 3 * j + i;
-                let weight = S::halves(shape.gradient[0][k].0[q], shape.gradient[1][k].0[q]);
-                sum = weight.mul_add(S::load(node), sum);
-            }
-        }
-        *row = sum;
-    }
-    rows
 }

@@ -5,6 +5,8 @@
 //! reaches over it.
 
 use super::lanes::{Lanes, V8};
+use super::shape::HalfLength;
+use std::ops::Range;
 
 /// A regular grid of square cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +40,11 @@ impl Grid {
         along(i, self.nodes[0]) * along(j, self.nodes[1])
     }
 
+    /// The node nearest to a point.
+    pub(super) fn nearest_node(&self, x: f64, y: f64) -> usize {
+        self.cell_of(x + 0.5 * self.cell_m, y + 0.5 * self.cell_m)
+    }
+
     /// The cell that holds a point, as the index of its lower left node.
     pub(crate) fn cell_of(&self, x: f64, y: f64) -> usize {
         let along = |position: f64, origin: f64, n: usize| {
@@ -55,24 +62,38 @@ pub(super) struct GridLanes<S> {
     pub(super) inverse_cell: S,
     /// Nodes in a row.
     pub(super) stride: S,
-    /// Largest node that may be the nearest to a point, per direction (the smallest is 1).
-    pub(super) last_nearest: [S; 2],
+    /// Index of the first node at hand: others are counted from it.
+    pub(super) first: S,
+    /// First and last node that may be the nearest to a point, per direction.
+    pub(super) nearest: [[S; 2]; 2],
+    /// First and last node that may be the lower left corner of a point's cell, per direction.
+    corner: [[S; 2]; 2],
+    /// Last node that may be the nearest to a point in the whole grid, per direction (the first is 1).
+    pub(super) last: [S; 2],
     /// Side of a cell, m.
     pub(super) cell: S,
-    /// Half the side of a point's domain at the start, in cells.
-    pub(super) half_length: S,
+    /// Half the side of a point's domain at the start.
+    pub(super) half_length: HalfLength<S>,
+    /// Whether the points' domains follow their stretch.
+    pub(super) stretch: bool,
 }
 
 impl<S: Lanes> GridLanes<S> {
     #[inline(always)]
-    pub(super) fn new(grid: &Grid, half_length: f64) -> Self {
+    /// For points that touch no other nodes than those of these rows.
+    pub(super) fn new(grid: &Grid, rows: &Range<usize>, half_length: f64, stretch: bool) -> Self {
+        let between = |low: usize, high: usize| [S::splat(low as f64), S::splat(high as f64)];
         GridLanes {
             origin: [S::splat(grid.origin_m[0]), S::splat(grid.origin_m[1])],
             inverse_cell: S::splat(1.0 / grid.cell_m),
             stride: S::splat(grid.nodes[0] as f64),
-            last_nearest: [S::splat((grid.nodes[0] - 2) as f64), S::splat((grid.nodes[1] - 2) as f64)],
+            first: S::splat((rows.start * grid.nodes[0]) as f64),
+            nearest: [between(1, grid.nodes[0] - 2), between(rows.start + 1, rows.end - 2)],
+            corner: [between(0, grid.nodes[0] - 2), between(rows.start, rows.end - 2)],
+            last: [S::splat((grid.nodes[0] - 2) as f64), S::splat((grid.nodes[1] - 2) as f64)],
             cell: S::splat(grid.cell_m),
-            half_length: S::splat(half_length),
+            half_length: HalfLength::new(S::splat(half_length)),
+            stretch,
         }
     }
 
@@ -86,15 +107,14 @@ impl<S: Lanes> GridLanes<S> {
     #[inline(always)]
     pub(super) fn cells(&self, coordinates: [S; 2]) -> [usize; 8] {
         let [i, j] = self.corners(coordinates);
-        j.mul_add(self.stride, i).indices()
+        (j.mul_add(self.stride, i) - self.first).indices()
     }
 
     /// Cell coordinates of the lower left corners of the cells of eight points, clamped into the grid.
     #[inline(always)]
     fn corners(&self, coordinates: [S; 2]) -> [S; 2] {
-        let zero = S::splat(0.0);
-        let [x, y] = coordinates;
-        [x.max(zero).min(self.last_nearest[0]).floor(), y.max(zero).min(self.last_nearest[1]).floor()]
+        let ([x, y], [along_x, along_y]) = (coordinates, self.corner);
+        [x.max(along_x[0]).min(along_x[1]).floor(), y.max(along_y[0]).min(along_y[1]).floor()]
     }
 
     /// Positions of eight points from the middles of their cells, m.

@@ -1,9 +1,13 @@
 //! Which build of the time step runs, chosen at run time.
 
-use super::advance::{Arena, Step, StepReport, advance};
+use super::advance::Step;
+use super::grid::Grid;
 use super::lanes::Baseline;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
+use super::phase::{self, Phase, Tally};
+use super::window::{Points, Window};
+use std::ops::Range;
 
 /// Which build of the time step's kernels runs. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,40 +71,106 @@ impl Kernel {
     }
 }
 
-/// Carries the arena through one step with `kernel`, which must come from [`Kernel::or_best`]. Each formulation is compiled
-/// without and with the step's extras, so that what an analysis does not use costs it nothing.
-pub(super) fn dispatch(kernel: Kernel, two: bool, arena: &mut Arena, step: &Step) -> StepReport {
-    match (two, step.extras()) {
-        (false, false) => dispatch_to::<false, false>(kernel, arena, step),
-        (false, true) => dispatch_to::<false, true>(kernel, arena, step),
-        (true, false) => dispatch_to::<true, false>(kernel, arena, step),
-        (true, true) => dispatch_to::<true, true>(kernel, arena, step),
+/// Which compiled form of the phases an analysis runs: each formulation is compiled without and with the step's extras, so
+/// that what an analysis does not use costs it nothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Build {
+    /// Must come from [`Kernel::or_best`].
+    pub(super) kernel: Kernel,
+    /// Whether there are two phases.
+    pub(super) two: bool,
+    /// Whether the step needs more than the plain scheme.
+    pub(super) extra: bool,
+}
+
+/// Calls `$of` compiled for the build's kernel.
+macro_rules! dispatch {
+    ($build:expr, $of:ident, $($argument:expr),*) => {
+        match ($build.kernel, $build.two, $build.extra) {
+            // SAFETY: `or_best` has checked that the processor has the features.
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx512, false, false) => unsafe { avx512::$of::<false, false>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx512, false, true) => unsafe { avx512::$of::<false, true>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx512, true, false) => unsafe { avx512::$of::<true, false>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx512, true, true) => unsafe { avx512::$of::<true, true>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx2, false, false) => unsafe { avx2::$of::<false, false>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx2, false, true) => unsafe { avx2::$of::<false, true>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx2, true, false) => unsafe { avx2::$of::<true, false>($($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            (Kernel::Avx2, true, true) => unsafe { avx2::$of::<true, true>($($argument),*) },
+            (_, false, false) => phase::$of::<Baseline, false, false>($($argument),*),
+            (_, false, true) => phase::$of::<Baseline, false, true>($($argument),*),
+            (_, true, false) => phase::$of::<Baseline, true, false>($($argument),*),
+            (_, true, true) => phase::$of::<Baseline, true, true>($($argument),*),
+        }
+    };
+}
+
+impl Build {
+    /// See [`phase::at_points`].
+    pub(super) fn at_points(
+        self,
+        phase: Phase,
+        grid: &Grid,
+        step: &Step,
+        rows: &Range<usize>,
+        points: Points<'_>,
+        nodes: &mut Window<'_>,
+    ) -> Tally {
+        dispatch!(self, at_points, phase, grid, step, rows, points, nodes)
+    }
+
+    /// See [`phase::at_nodes`].
+    pub(super) fn at_nodes(
+        self,
+        phase: Phase,
+        step: &Step,
+        spans: &[Range<usize>],
+        nodes: &mut Window<'_>,
+    ) -> Tally {
+        dispatch!(self, at_nodes, phase, step, spans, nodes)
     }
 }
 
-fn dispatch_to<const TWO: bool, const EXTRA: bool>(
-    kernel: Kernel,
-    arena: &mut Arena,
-    step: &Step,
-) -> StepReport {
-    match kernel {
-        // SAFETY: `or_best` has checked that the processor has the features.
-        #[cfg(target_arch = "x86_64")]
-        Kernel::Avx512 => unsafe { avx512::<TWO, EXTRA>(arena, step) },
-        #[cfg(target_arch = "x86_64")]
-        Kernel::Avx2 => unsafe { avx2::<TWO, EXTRA>(arena, step) },
-        _ => advance::<Baseline, TWO, EXTRA>(arena, step),
-    }
+/// The phases compiled for processors with these features.
+#[cfg(target_arch = "x86_64")]
+macro_rules! compiled {
+    ($name:ident, $lanes:ty, $features:literal) => {
+        mod $name {
+            use super::*;
+
+            #[target_feature(enable = $features)]
+            pub(super) fn at_points<const TWO: bool, const EXTRA: bool>(
+                phase: Phase,
+                grid: &Grid,
+                step: &Step,
+                rows: &Range<usize>,
+                points: Points<'_>,
+                nodes: &mut Window<'_>,
+            ) -> Tally {
+                phase::at_points::<$lanes, TWO, EXTRA>(phase, grid, step, rows, points, nodes)
+            }
+
+            #[target_feature(enable = $features)]
+            pub(super) fn at_nodes<const TWO: bool, const EXTRA: bool>(
+                phase: Phase,
+                step: &Step,
+                spans: &[Range<usize>],
+                nodes: &mut Window<'_>,
+            ) -> Tally {
+                phase::at_nodes::<$lanes, TWO, EXTRA>(phase, step, spans, nodes)
+            }
+        }
+    };
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma,bmi2")]
-fn avx512<const TWO: bool, const EXTRA: bool>(arena: &mut Arena, step: &Step) -> StepReport {
-    advance::<Avx512, TWO, EXTRA>(arena, step)
-}
-
+compiled!(avx512, Avx512, "avx512f,avx512dq,avx512vl,avx2,fma,bmi2");
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn avx2<const TWO: bool, const EXTRA: bool>(arena: &mut Arena, step: &Step) -> StepReport {
-    advance::<Avx2, TWO, EXTRA>(arena, step)
-}
+compiled!(avx2, Avx2, "avx2,fma");

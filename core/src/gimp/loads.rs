@@ -6,12 +6,11 @@
 //! displaces, the pore water all of its weight, and p = P at the surface is the natural condition. A point that
 //! straddles the level is submerged in part; P is then its mean over the point.
 
-use super::block::Block;
+use super::block::{Block, Extra};
 use super::grid::GridLanes;
-use super::lanes::Lanes;
-use super::nodes::Nodes;
-use super::scatter::add_values;
+use super::lanes::{Lanes, V8};
 use super::shape::Shape;
+use super::transfer::{self, Values};
 
 /// Constants of a step's loads.
 #[derive(Debug, Clone, Copy)]
@@ -29,9 +28,9 @@ pub(super) struct Loads {
 impl Loads {
     /// Pressure of the free water on eight points, Pa, and the share of each that is submerged.
     #[inline(always)]
-    pub(super) fn free_water<S: Lanes>(&self, grid: &GridLanes<S>, block: &Block) -> (S, S) {
+    pub(super) fn free_water<S: Lanes>(&self, grid: &GridLanes<S>, block: &Block, extra: &Extra) -> (S, S) {
         let (zero, one, half) = (S::splat(0.0), S::splat(1.0), S::splat(0.5));
-        let height = (S::load(&block.half_y) + S::load(&block.half_y)) * grid.cell;
+        let height = (S::load(&extra.half_y) + S::load(&extra.half_y)) * grid.cell;
         let depth = S::splat(self.free_water_level) - S::load(&block.y);
         let share = (depth / height + half).max(zero).min(one);
         let covered = share.gt(S::splat(1.0 - f64::EPSILON));
@@ -47,12 +46,13 @@ impl Loads {
         grid: &GridLanes<S>,
         stride: usize,
         block: &Block,
+        extra: &Extra,
         shape: &Shape,
-        nodes: &mut Nodes,
+        nodes: &mut [V8],
     ) {
         let zero = S::splat(0.0);
         let load_share = S::splat(self.share);
-        let mut mixture = [load_share * S::load(&block.force_x), load_share * S::load(&block.force_y)];
+        let mut mixture = [load_share * S::load(&extra.force_x), load_share * S::load(&extra.force_y)];
         let mut water = [zero; 2];
         let mut drag = zero;
         if TWO {
@@ -61,10 +61,10 @@ impl Loads {
             let pores = volume - S::load(&block.grains);
             let water_mass = pores * density;
             let porosity = pores / volume.max(S::splat(f64::MIN_POSITIVE));
-            drag = S::load(&block.drag_rate) * porosity * water_mass;
-            let (_, submerged) = self.free_water(grid, block);
+            drag = S::load(&extra.drag_rate) * porosity * water_mass;
+            let (_, submerged) = self.free_water(grid, block, extra);
             let displaced = submerged * volume * density;
-            let carried = submerged.max(S::load(&block.held)) * water_mass;
+            let carried = submerged.max(S::load(&extra.held)) * water_mass;
             for axis in 0..2 {
                 let gravity = S::splat(self.gravity[axis]);
                 mixture[axis] = mixture[axis] - gravity * displaced;
@@ -72,6 +72,6 @@ impl Loads {
             }
         }
         let rows = [drag, mixture[0], mixture[1], water[0], water[1], zero, zero, zero];
-        add_values(&S::transpose(rows), shape, stride, &mut nodes.loads);
+        transfer::add::<S>(&transfer::rows(rows), &Values(shape), stride, nodes);
     }
 }

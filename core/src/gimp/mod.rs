@@ -18,6 +18,7 @@
 //! that stands still.
 
 mod advance;
+mod balance;
 mod block;
 mod body;
 mod contact;
@@ -30,6 +31,8 @@ mod lanes;
 mod loads;
 mod momentum;
 mod nodes;
+mod phase;
+mod plan;
 mod rest;
 mod scatter;
 mod setup;
@@ -38,9 +41,12 @@ mod soil;
 mod sort;
 mod stage;
 mod strain;
+mod threads;
 mod time_step;
+mod transfer;
 mod update;
 mod water;
+mod window;
 
 pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
 pub use energy::Energy;
@@ -49,3 +55,4 @@ pub use kernel::Kernel;
 pub use rest::{RestRule, net_velocity};
 pub use setup::{Conditions, Controls, Fluid, InitialPoints, Material, Obstacle, Setup, Softening, Support};
 pub use stage::{End, Limits, run};
+pub use threads::Threads;

@@ -1,49 +1,15 @@
-//! Grid: the momentum balance at the nodes, boundary conditions, and the velocities of the second scatter.
-//!
-//! Two phases couple by Darcy drag, taken implicitly at each node: with M skeleton mass, m water mass, D = dt times
-//! the drag coefficient, and r the momenta after the other forces,
-//!
-//! [M + D, -D; -D, m + D] [v; w] = [r_v; r_w],
-//!
-//! symmetric, momentum conserving and stable for any permeability (the explicit limit is
-//! 2 k (1 - n) rho_s / (n g rho_sat); Mieremet et al. 2016). The water's balance is the one not weighted with the
-//! porosity, multiplied by the node's mean porosity: where porosity varies no force p grad n appears.
+//! Grid: the momentum balance at the nodes with its walls, and the velocities of the second scatter.
 
-use super::contact::{Contact, Touching, hold_off, touch};
-use super::lanes::V8;
-use super::nodes::Nodes;
+use super::balance::{self, Balance, Solved, Sums};
+use super::contact::{Touching, hold_off, touch};
+use super::lanes::{Lanes, V8};
+use super::window::Window;
 use std::ops::Range;
 
 /// A node with less than this share of a cell's mass is left alone: its sums are round-off. Near the edge of a shape
 /// function S falls with the square of the distance and its gradient with the distance, so that the force left out is
 /// of the order of the square root of this share: 1e-13.
 const SMALLEST_MASS_SHARE: f64 = 1e-26;
-
-/// With a closed ground surface, a node with less than this share of its full volume is at the surface: half way
-/// between a flat surface (1/2) and the inside (1).
-const SURFACE_FILL: f64 = 0.75;
-
-/// Constants of the momentum balance.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Balance {
-    /// Gravity vector, m/s2.
-    pub(super) gravity: [f64; 2],
-    /// Share of the water's weight that acts on the water; the skeleton carries the rest. Where points differ this
-    /// is 1 and the loads say how.
-    pub(super) water_weight: f64,
-    /// Local damping, share of the unbalanced force.
-    pub(super) damping: f64,
-    /// What a step's decay at the damping rate takes of a velocity, as a share.
-    pub(super) decay: f64,
-    /// Gravity over hydraulic conductivity, 1/s: drag per mass of water and relative velocity; unused with loads.
-    pub(super) drag_rate: f64,
-    /// Density of the water, kg/m3.
-    pub(super) water_density: f64,
-    /// Mass of a full cell, kg/m.
-    pub(super) cell_mass: f64,
-    /// Whether water cannot pass the ground surface.
-    pub(super) closed_surface: bool,
-}
 
 /// Work at the nodes in one step, J per m of width.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,183 +24,205 @@ pub(super) struct NodeWork {
     pub(super) contact: f64,
 }
 
-/// What is known of one node before its balance is solved.
-struct Node<'a> {
-    sums: &'a [f64; 8],
-    forces: &'a [f64; 8],
-    loads: Option<&'a [f64; 8]>,
-    free: &'a [f64; 4],
-    contact: Option<Contact>,
-    closed: bool,
-}
-
-/// Impulses on one node along one axis whose work counts: on skeleton and water; that of drag on the skeleton.
-#[derive(Clone, Copy, Default)]
-struct Impulses {
-    outer: [f64; 2],
-    drag: f64,
-    damping: [f64; 2],
-}
-
-/// Mean of component `i` of a node's velocities before and after the step, walls included.
-#[inline(always)]
-fn mean_velocity(rates: &[f64; 8], i: usize) -> f64 {
-    rates[4 + i] - 0.5 * rates[i]
-}
-
-/// Change of a velocity after damping: local damping (Cundall 1987) takes a share of the unbalanced force, against the
-/// velocity, for which the change of velocity in the step, drag included, stands; then velocities decay at a rate.
-#[inline(always)]
-fn damp(change: f64, velocity: f64, balance: &Balance) -> f64 {
-    let direction = if velocity > 0.0 {
-        1.0
-    } else if velocity < 0.0 {
-        -1.0
-    } else {
-        0.0
-    };
-    let change = change - balance.damping * change.abs() * direction;
-    change - balance.decay * (velocity + change)
+/// The work of eight nodes, lane by lane: outer, drag, damping.
+#[derive(Clone, Copy)]
+struct LaneWork<S> {
+    outer: S,
+    drag: S,
+    damping: S,
 }
 
 /// Solves the balance at every node; leaves changes and new velocities in `rates`, and `velocities` zeroed.
 #[inline(always)]
-pub(super) fn accelerate<const TWO: bool, const EXTRA: bool>(
-    nodes: &mut Nodes,
+pub(super) fn accelerate<S: Lanes, const TWO: bool, const EXTRA: bool>(
+    nodes: &mut Window<'_>,
+    spans: &[Range<usize>],
     balance: &Balance,
     dt: f64,
 ) -> NodeWork {
-    let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
-    let mut work = NodeWork::default();
-    let Nodes { sums, forces, rates, velocities, loads, free, full_volume, contact, spans, .. } = nodes;
-    for Range { start, end } in spans.iter().cloned() {
-        for k in start..end {
-            velocities[k] = V8::ZERO;
-            if sums[k].0[0] <= smallest {
-                rates[k] = V8::ZERO;
-            } else {
-                let closed = TWO && balance.closed_surface && sums[k].0[6] < SURFACE_FILL * full_volume[k];
-                let node = Node {
-                    sums: &sums[k].0,
-                    forces: &forces[k].0,
-                    loads: loads.get(k).filter(|_| EXTRA).map(|row| &row.0),
-                    free: &free[k],
-                    contact: contact[k],
-                    closed,
-                };
-                rates[k].0 = if TWO {
-                    two_phases(&node, balance, dt, &mut work)
-                } else {
-                    one_phase(&node, balance, dt, &mut work)
-                };
-            }
-            if TWO {
-                forces[k] = V8::ZERO;
-            }
-            if let Some(row) = loads.get_mut(k).filter(|_| EXTRA) {
-                *row = V8::ZERO;
-            }
+    let zero = S::splat(0.0);
+    let mut lanes = LaneWork { outer: zero, drag: zero, damping: zero };
+    let mut contact = 0.0;
+    for span in spans {
+        let (start, end) = (span.start - nodes.first, span.end - nodes.first);
+        for first in (start..end).step_by(8) {
+            let group = first..end.min(first + 8);
+            contact += accelerate_group::<S, TWO, EXTRA>(nodes, group, balance, S::splat(dt), &mut lanes);
+        }
+        nodes.velocities[start..end].fill(V8::ZERO);
+        if TWO {
+            nodes.forces[start..end].fill(V8::ZERO);
+        }
+        if EXTRA && !nodes.loads.is_empty() {
+            nodes.loads[start..end].fill(V8::ZERO);
         }
     }
-    work
+    NodeWork { outer: sum(lanes.outer), drag: sum(lanes.drag), damping: sum(lanes.damping), contact }
+}
+
+/// Up to eight nodes of a row; returns what contact with frictional walls takes.
+#[inline(always)]
+fn accelerate_group<S: Lanes, const TWO: bool, const EXTRA: bool>(
+    nodes: &mut Window<'_>,
+    group: Range<usize>,
+    balance: &Balance,
+    dt: S,
+    work: &mut LaneWork<S>,
+) -> f64 {
+    let zero = S::splat(0.0);
+    let sums = Sums {
+        sums: load_group(&nodes.sums[group.clone()]),
+        forces: if TWO { load_group(&nodes.forces[group.clone()]) } else { [zero; 8] },
+        loads: if EXTRA && !nodes.loads.is_empty() {
+            Some(load_group(&nodes.loads[group.clone()]))
+        } else {
+            None
+        },
+        full_volume: if TWO && balance.closed_surface {
+            let mut volume = V8::ZERO;
+            volume.0[..group.len()].copy_from_slice(&nodes.full_volume[group.clone()]);
+            Some(volume)
+        } else {
+            None
+        },
+    };
+    let mut solved =
+        if TWO { balance::two_phases(&sums, balance, dt) } else { balance::one_phase(&sums, balance, dt) };
+    let active = sums.sums[0].gt(S::splat(SMALLEST_MASS_SHARE * balance.cell_mass));
+    for rate in &mut solved.rates {
+        *rate = S::select(active, *rate, zero);
+    }
+    let mut taken = 0.0;
+    if nodes.walls[group.clone()].iter().any(|&wall| wall) {
+        taken = hold::<S, TWO>(nodes, group, &mut solved);
+    } else {
+        store_rates::<S, TWO>(&mut nodes.rates[group], &solved.rates);
+    }
+    add_work(&solved, active, work);
+    taken
+}
+
+/// Holds nodes at walls and stores their rates; returns what contact with frictional walls takes.
+#[inline(always)]
+fn hold<S: Lanes, const TWO: bool>(
+    nodes: &mut Window<'_>,
+    group: Range<usize>,
+    solved: &mut Solved<S>,
+) -> f64 {
+    let mut taken = 0.0;
+    let mut rows = store_all(S::transpose(solved.rates));
+    let [mass, push, answer] = [solved.mass, solved.push, solved.answer].map(store_pair);
+    for (lane, k) in group.enumerate() {
+        let row = &mut rows[lane].0;
+        for (i, free) in nodes.free[k].into_iter().enumerate() {
+            row[i] *= free;
+            row[4 + i] *= free;
+        }
+        if let Some(contact) = nodes.contact[k] {
+            let touching = Touching {
+                mass: mass.map(|m| m.0[lane]),
+                push: push[contact.axis].0[lane] * contact.inward,
+                answer: answer.map(|a| a.0[lane]),
+            };
+            taken += touch(row, contact, &touching);
+        }
+        nodes.rates[k].0 = if TWO { *row } else { narrow(row) };
+    }
+    solved.rates = load_group(&rows);
+    taken
+}
+
+/// One phase needs half a row: changes of velocity (2), new velocities (2); then the latter in their usual place.
+#[inline(always)]
+fn narrow(rates: &[f64; 8]) -> [f64; 8] {
+    [rates[0], rates[1], rates[4], rates[5], rates[4], rates[5], 0.0, 0.0]
 }
 
 #[inline(always)]
-fn one_phase(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -> [f64; 8] {
-    let Node { sums, free, .. } = node;
-    let mass = sums[0];
-    let inverse = 1.0 / mass;
-    let mut rates = [0.0; 8];
-    let mut impulses = [[0.0; 2]; 2];
+fn store_rates<S: Lanes, const TWO: bool>(to: &mut [V8], rates: &[S; 8]) {
+    let rows = if TWO {
+        store_all(S::transpose(*rates))
+    } else {
+        let mut rows = [V8::ZERO; 8];
+        S::store_low_rows([rates[0], rates[1], rates[4], rates[5]], &mut rows);
+        rows
+    };
+    let count = to.len();
+    to.copy_from_slice(&rows[..count]);
+}
+
+/// Adds the work of the impulses: each times the mean of the velocities before and after the step, walls included.
+#[inline(always)]
+fn add_work<S: Lanes>(solved: &Solved<S>, active: S::Mask, work: &mut LaneWork<S>) {
+    let (zero, half, rates) = (S::splat(0.0), S::splat(0.5), &solved.rates);
+    let (mut outer, mut drag, mut damping) = (zero, zero, zero);
     for axis in 0..2 {
-        let arriving = sums[2 + axis] * inverse;
-        let outer = mass * balance.gravity[axis] + node.loads.map_or(0.0, |l| l[1 + axis]);
-        let undamped = dt * (sums[4 + axis] + sums[6 + axis] + outer) * inverse;
-        let change = damp(undamped, arriving, balance);
-        rates[axis] = change * free[axis];
-        rates[4 + axis] = (arriving + change) * free[axis];
-        impulses[axis] = [dt * outer, mass * (undamped - change)];
+        let impulses = &solved.impulses[axis];
+        let v = rates[4 + axis] - half * rates[axis];
+        let w = rates[6 + axis] - half * rates[2 + axis];
+        outer = impulses.outer[0].mul_add(v, impulses.outer[1].mul_add(w, outer));
+        drag = impulses.drag.mul_add(w - v, drag);
+        damping = impulses.damping[0].mul_add(v, impulses.damping[1].mul_add(w, damping));
     }
-    if let Some(contact) = node.contact {
-        let push = -mass * rates[4 + contact.axis] * contact.inward;
-        work.contact +=
-            touch(&mut rates, contact, &Touching { mass: [mass, 0.0], push, answer: [inverse, 0.0] });
+    work.outer = work.outer + S::select(active, outer, zero);
+    work.drag = work.drag + S::select(active, drag, zero);
+    work.damping = work.damping + S::select(active, damping, zero);
+}
+
+/// Up to eight rows, lane by lane; zero where there are fewer.
+#[inline(always)]
+fn load_group<S: Lanes>(rows: &[V8]) -> [S; 8] {
+    if let Ok(rows) = <&[V8; 8]>::try_from(rows) {
+        return load_eight(rows);
     }
-    for (axis, [outer, damping]) in impulses.into_iter().enumerate() {
-        work.outer += outer * mean_velocity(&rates, axis);
-        work.damping += damping * mean_velocity(&rates, axis);
-    }
-    rates
+    let mut padded = [V8::ZERO; 8];
+    padded[..rows.len()].copy_from_slice(rows);
+    load_eight(&padded)
 }
 
 #[inline(always)]
-fn two_phases(node: &Node<'_>, balance: &Balance, dt: f64, work: &mut NodeWork) -> [f64; 8] {
-    let Node { sums, forces, free, .. } = node;
-    let (skeleton, water) = (sums[0], sums[1]);
-    let porosity = water / (balance.water_density * sums[6]);
-    let both = skeleton + water;
-    let drag = dt * node.loads.map_or(balance.drag_rate * porosity * water, |l| l[0]);
-    let inverse = 1.0 / (skeleton * water + drag * both);
-    let (inverse_skeleton, inverse_water, inverse_both) = (1.0 / skeleton, 1.0 / water, 1.0 / both);
-    let mut rates = [0.0; 8];
-    let mut arrived = [[0.0; 2]; 2];
-    let mut impulses = [Impulses::default(); 2];
-    for axis in 0..2 {
-        let v = sums[2 + axis] * inverse_skeleton;
-        let w = sums[4 + axis] * inverse_water;
-        let on_water = porosity * (forces[2 + axis] + forces[6 + axis]);
-        let on_skeleton = forces[axis] + forces[4 + axis] - on_water;
-        let (extra_mixture, extra_water) = node.loads.map_or((0.0, 0.0), |l| (l[1 + axis], l[3 + axis]));
-        let outer_water = balance.water_weight * (water * balance.gravity[axis]) + extra_water;
-        let outer_skeleton = both * balance.gravity[axis] + extra_mixture - outer_water;
-        let r_v = sums[2 + axis] + dt * (on_skeleton + outer_skeleton);
-        let r_w = sums[4 + axis] + dt * (on_water + outer_water);
-        let (new_v, new_w) = if node.closed {
-            let together = (r_v + r_w) * inverse_both;
-            (together, together)
-        } else {
-            (((water + drag) * r_v + drag * r_w) * inverse, (drag * r_v + (skeleton + drag) * r_w) * inverse)
-        };
-        let change_v = damp(new_v - v, v, balance);
-        let change_w = damp(new_w - w, w, balance);
-        rates[axis] = change_v * free[axis];
-        rates[2 + axis] = change_w * free[2 + axis];
-        rates[4 + axis] = (v + change_v) * free[axis];
-        rates[6 + axis] = (w + change_w) * free[2 + axis];
-        arrived[axis] = [r_v, r_w];
-        impulses[axis] = Impulses {
-            outer: [dt * outer_skeleton, dt * outer_water],
-            drag: skeleton * new_v - r_v,
-            damping: [skeleton * (new_v - v - change_v), water * (new_w - w - change_w)],
-        };
+fn load_eight<S: Lanes>(rows: &[V8; 8]) -> [S; 8] {
+    let mut vectors = [S::splat(0.0); 8];
+    for (vector, row) in vectors.iter_mut().zip(rows) {
+        *vector = S::load(row);
     }
-    if let Some(contact) = node.contact {
-        // Friction sees the effective stress: the wall's whole reaction less that of pore water in the whole volume.
-        let [r_v, r_w] = arrived[contact.axis];
-        let push = (r_w * (1.0 - porosity) / porosity - r_v) * contact.inward;
-        let answer = if node.closed {
-            [inverse_both, inverse_both]
-        } else {
-            [(water + drag) * inverse, drag * inverse]
-        };
-        work.contact += touch(&mut rates, contact, &Touching { mass: [skeleton, water], push, answer });
+    S::transpose(vectors)
+}
+
+#[inline(always)]
+fn store_all<S: Lanes>(vectors: [S; 8]) -> [V8; 8] {
+    let mut rows = [V8::ZERO; 8];
+    for (row, vector) in rows.iter_mut().zip(vectors) {
+        vector.store(row);
     }
-    for (axis, impulses) in impulses.iter().enumerate() {
-        let [v, w] = [mean_velocity(&rates, axis), mean_velocity(&rates, 2 + axis)];
-        work.outer += impulses.outer[0] * v + impulses.outer[1] * w;
-        work.drag += impulses.drag * (w - v);
-        work.damping += impulses.damping[0] * v + impulses.damping[1] * w;
-    }
-    rates
+    rows
+}
+
+fn store_pair<S: Lanes>(pair: [S; 2]) -> [V8; 2] {
+    let mut rows = [V8::ZERO; 2];
+    pair[0].store(&mut rows[0]);
+    pair[1].store(&mut rows[1]);
+    rows
+}
+
+#[inline(always)]
+fn sum<S: Lanes>(lanes: S) -> f64 {
+    let mut row = V8::ZERO;
+    lanes.store(&mut row);
+    row.0.iter().sum()
 }
 
 /// Turns the momenta of the filter's scatter into velocities; the masses are those of the first scatter.
 #[inline(always)]
-pub(super) fn filtered_velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) {
+pub(super) fn filtered_velocities<const TWO: bool>(
+    nodes: &mut Window<'_>,
+    spans: &[Range<usize>],
+    balance: &Balance,
+) {
     let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
-    let Nodes { sums, filtered, free, spans, .. } = nodes;
-    for Range { start, end } in spans.iter().cloned() {
-        for k in start..end {
+    let Window { first, sums, filtered, free, .. } = nodes;
+    for span in spans {
+        for k in span.start - *first..span.end - *first {
             let [skeleton, water, ..] = sums[k].0;
             let inverse = if skeleton > smallest { 1.0 / skeleton } else { 0.0 };
             let inverse_water = if TWO && skeleton > smallest { 1.0 / water } else { 0.0 };
@@ -246,19 +234,16 @@ pub(super) fn filtered_velocities<const TWO: bool>(nodes: &mut Nodes, balance: &
     }
 }
 
-/// Turns the momenta of the second scatter into velocities, twice in a row; leaves `sums` zeroed.
+/// Turns the momenta of the second scatter into velocities, twice in a row (in one phase those of the skeleton four times);
+/// leaves `sums` zeroed.
 #[inline(always)]
-pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) {
+pub(super) fn velocities<const TWO: bool>(nodes: &mut Window<'_>, spans: &[Range<usize>], balance: &Balance) {
     let smallest = SMALLEST_MASS_SHARE * balance.cell_mass;
-    let Nodes { sums, rates, velocities, cells, filtered, free, contact, spans, .. } = nodes;
-    for Range { start, end } in spans.iter().cloned() {
+    let Window { first, sums, rates, velocities, cells, filtered, free, contact, .. } = nodes;
+    for span in spans {
+        let (start, end) = (span.start - *first, span.end - *first);
         for k in start..end {
-            cells[k] = V8::ZERO;
             let [skeleton, water, ..] = sums[k].0;
-            sums[k] = V8::ZERO;
-            if let Some(row) = filtered.get_mut(k) {
-                *row = V8::ZERO;
-            }
             if skeleton <= smallest {
                 velocities[k] = V8::ZERO;
                 continue;
@@ -275,7 +260,15 @@ pub(super) fn velocities<const TWO: bool>(nodes: &mut Nodes, balance: &Balance) 
             if let Some(contact) = contact[k] {
                 hold_off(&mut v, &rates[k].0, contact);
             }
+            if !TWO {
+                [v[2], v[3]] = [v[0], v[1]];
+            }
             velocities[k].0 = [v[0], v[1], v[2], v[3], v[0], v[1], v[2], v[3]];
+        }
+        cells[start..end].fill(V8::ZERO);
+        sums[start..end].fill(V8::ZERO);
+        if !filtered.is_empty() {
+            filtered[start..end].fill(V8::ZERO);
         }
     }
 }

@@ -32,7 +32,9 @@ pub(super) struct Nodes {
     pub(super) filtered: Vec<V8>,
     /// Frictional walls that nodes lie on or behind.
     pub(super) contact: Vec<Option<Contact>>,
-    /// Nodes that points may reach before the next sort, per grid row.
+    /// Whether a wall or an obstacle has its say at a node: where `free` is not 1 or `contact` not absent.
+    pub(super) walls: Vec<bool>,
+    /// Nodes that points may reach before the next sort, row by row of the grid.
     pub(super) spans: Vec<Range<usize>>,
 }
 
@@ -57,6 +59,7 @@ impl Nodes {
             loads: if loads { vec![V8::ZERO; count] } else { Vec::new() },
             filtered: if filter { vec![V8::ZERO; count] } else { Vec::new() },
             contact: vec![None; count],
+            walls: vec![false; count],
             spans: Vec::with_capacity(grid.nodes[1]),
         };
         let [nx, ny] = grid.nodes;
@@ -77,6 +80,9 @@ impl Nodes {
         }
         for obstacle in obstacles {
             nodes.block(grid, obstacle);
+        }
+        for (k, wall) in nodes.walls.iter_mut().enumerate() {
+            *wall = nodes.free[k] != [1.0; 4] || nodes.contact[k].is_some();
         }
         nodes
     }

@@ -9,87 +9,143 @@
 //!
 //! one expression for all three branches of the definition. Valid for l from 0 to 1/2 cell.
 
-use super::block::Block;
+use super::block::{Block, Extra};
 use super::grid::GridLanes;
 use super::lanes::{Lanes, V8};
 
-/// Weights of the 3 x 3 nodes around each of eight points; node k = 3 row + column.
+/// Shape functions of eight points at the 3 x 3 nodes around each: S = S_x S_y.
 pub(super) struct Shape {
-    /// S, dimensionless.
-    pub(super) value: [V8; 9],
-    /// dS/dx and dS/dy, 1/m; only where gradients were asked for.
-    pub(super) gradient: [[V8; 9]; 2],
+    /// S_x at the three columns of nodes.
+    pub(super) x: [V8; 3],
+    /// S_y at the three rows of nodes.
+    pub(super) y: [V8; 3],
     /// Index of the lower left of the nine nodes.
     pub(super) base: [usize; 8],
 }
 
-impl Shape {
+/// Derivatives of S_x and S_y, 1/m.
+pub(super) struct Slopes {
+    pub(super) x: [V8; 3],
+    pub(super) y: [V8; 3],
+}
+
+/// Half the side of a point's domain along one axis, in cells, and what follows from it.
+#[derive(Clone, Copy)]
+pub(super) struct HalfLength<S> {
+    l: S,
+    quarter_over_l: S,
+    half_over_l: S,
+}
+
+impl<S: Lanes> HalfLength<S> {
     #[inline(always)]
-    pub(super) fn empty() -> Shape {
-        Shape { value: [V8::ZERO; 9], gradient: [[V8::ZERO; 9]; 2], base: [0; 8] }
+    pub(super) fn new(l: S) -> Self {
+        HalfLength { l, quarter_over_l: S::splat(0.25) / l, half_over_l: S::splat(0.5) / l }
     }
 }
 
-/// One dimension: index of the left node, weights, derivatives per cell.
+/// The shape functions of eight points.
 #[inline(always)]
-fn along<S: Lanes>(coordinate: S, last_nearest: S, l: S) -> (S, [S; 3], [S; 3]) {
-    let one = S::splat(1.0);
-    let nearest = (coordinate + S::splat(0.5)).floor().max(one).min(last_nearest);
-    let d = coordinate - nearest;
-    let e = d.max(-l).min(l);
-    let half_over_l = S::splat(0.5) / l;
-    let quarter_over_l = S::splat(0.25) / l;
-    let (to_left, to_right) = (l - e, l + e);
-    let zero = S::splat(0.0);
-    let left = (to_left * to_left).mul_add(quarter_over_l, (e - d).max(zero));
-    let right = (to_right * to_right).mul_add(quarter_over_l, (d - e).max(zero));
-    let slope_left = -(to_left * half_over_l);
-    let slope_right = to_right * half_over_l;
-    (nearest - one, [left, one - left - right, right], [slope_left, -(slope_left + slope_right), slope_right])
-}
-
-/// Half the sides of the domains of eight points, in cells: their own in the step with extras.
-#[inline(always)]
-fn half_lengths<S: Lanes, const EXTRA: bool>(grid: &GridLanes<S>, block: &Block) -> [S; 2] {
-    if EXTRA { [S::load(&block.half_x), S::load(&block.half_y)] } else { [grid.half_length; 2] }
-}
-
-/// Values of the shape functions of eight points.
-#[inline(always)]
-pub(super) fn values<S: Lanes, const EXTRA: bool>(grid: &GridLanes<S>, block: &Block, shape: &mut Shape) {
-    let [cx, cy] = grid.coordinates(&block.x, &block.y);
-    let [lx, ly] = half_lengths::<S, EXTRA>(grid, block);
-    let (i, sx, _) = along(cx, grid.last_nearest[0], lx);
-    let (j, sy, _) = along(cy, grid.last_nearest[1], ly);
-    shape.base = j.mul_add(grid.stride, i).indices();
-    for (row, &sy) in sy.iter().enumerate() {
-        for (column, &sx) in sx.iter().enumerate() {
-            (sx * sy).store(&mut shape.value[3 * row + column]);
-        }
-    }
-}
-
-/// Values and gradients of the shape functions of eight points.
-#[inline(always)]
-pub(super) fn values_and_gradients<S: Lanes, const EXTRA: bool>(
+pub(super) fn values<S: Lanes, const EXTRA: bool>(
     grid: &GridLanes<S>,
     block: &Block,
-    shape: &mut Shape,
-) {
+    extra: Option<&Extra>,
+) -> Shape {
+    let (places, _) = places::<S, EXTRA>(grid, block, extra);
+    shape_at(grid, &places)
+}
+
+/// The shape functions of eight points and their derivatives.
+#[inline(always)]
+pub(super) fn values_and_slopes<S: Lanes, const EXTRA: bool>(
+    grid: &GridLanes<S>,
+    block: &Block,
+    extra: Option<&Extra>,
+) -> (Shape, Slopes) {
+    let (places, lengths) = places::<S, EXTRA>(grid, block, extra);
+    let slopes = Slopes {
+        x: places[0].slopes(&lengths[0], grid.inverse_cell),
+        y: places[1].slopes(&lengths[1], grid.inverse_cell),
+    };
+    (shape_at(grid, &places), slopes)
+}
+
+#[inline(always)]
+fn shape_at<S: Lanes>(grid: &GridLanes<S>, [x, y]: &[Place<S>; 2]) -> Shape {
+    let one = S::splat(1.0);
+    let base = (y.nearest - one).mul_add(grid.stride, x.nearest - one) - grid.first;
+    Shape { x: x.values, y: y.values, base: base.indices() }
+}
+
+#[inline(always)]
+fn places<S: Lanes, const EXTRA: bool>(
+    grid: &GridLanes<S>,
+    block: &Block,
+    extra: Option<&Extra>,
+) -> ([Place<S>; 2], [HalfLength<S>; 2]) {
     let [cx, cy] = grid.coordinates(&block.x, &block.y);
-    let [lx, ly] = half_lengths::<S, EXTRA>(grid, block);
-    let (i, sx, dx) = along(cx, grid.last_nearest[0], lx);
-    let (j, sy, dy) = along(cy, grid.last_nearest[1], ly);
-    shape.base = j.mul_add(grid.stride, i).indices();
-    for (row, (&sy, &dy)) in sy.iter().zip(&dy).enumerate() {
-        let dy = dy * grid.inverse_cell;
-        for (column, (&sx, &dx)) in sx.iter().zip(&dx).enumerate() {
-            let k = 3 * row + column;
-            (sx * sy).store(&mut shape.value[k]);
-            (dx * grid.inverse_cell * sy).store(&mut shape.gradient[0][k]);
-            (sx * dy).store(&mut shape.gradient[1][k]);
+    let lengths = half_lengths::<S, EXTRA>(grid, extra);
+    let x = Place::new(cx, grid.nearest[0], &lengths[0]);
+    let y = Place::new(cy, grid.nearest[1], &lengths[1]);
+    ([x, y], lengths)
+}
+
+/// Half the sides of the domains of eight points: their own if domains stretch.
+#[inline(always)]
+fn half_lengths<S: Lanes, const EXTRA: bool>(
+    grid: &GridLanes<S>,
+    extra: Option<&Extra>,
+) -> [HalfLength<S>; 2] {
+    match extra {
+        Some(own) if EXTRA && grid.stretch => {
+            [HalfLength::new(S::load(&own.half_x)), HalfLength::new(S::load(&own.half_y))]
         }
+        _ => [grid.half_length; 2],
     }
+}
+
+/// Where eight points are along one axis.
+struct Place<S> {
+    /// The nearest node.
+    nearest: S,
+    /// Distances from the ends of the point's domain to the nearest node, clamped to the domain, in cells.
+    to_left: S,
+    to_right: S,
+    /// The shape functions of the three nodes.
+    values: [V8; 3],
+}
+
+impl<S: Lanes> Place<S> {
+    #[inline(always)]
+    fn new(coordinate: S, nearest: [S; 2], length: &HalfLength<S>) -> Self {
+        let (one, zero, l) = (S::splat(1.0), S::splat(0.0), length.l);
+        let nearest = (coordinate + S::splat(0.5)).floor().max(nearest[0]).min(nearest[1]);
+        let d = coordinate - nearest;
+        let e = d.max(-l).min(l);
+        let (to_left, to_right) = (l - e, l + e);
+        let left = (to_left * to_left).mul_add(length.quarter_over_l, (e - d).max(zero));
+        let right = (to_right * to_right).mul_add(length.quarter_over_l, (d - e).max(zero));
+        let values = store([left, one - left - right, right]);
+        Place { nearest, to_left, to_right, values }
+    }
+
+    /// Derivatives of the shape functions, 1/m.
+    #[inline(always)]
+    fn slopes(&self, length: &HalfLength<S>, inverse_cell: S) -> [V8; 3] {
+        let per_metre = length.half_over_l * inverse_cell;
+        let left = -(self.to_left * per_metre);
+        let right = self.to_right * per_metre;
+        store([left, -(left + right), right])
+    }
+}
+
+#[inline(always)]
+fn store<S: Lanes>(vectors: [S; 3]) -> [V8; 3] {
+    let mut rows = [V8::ZERO; 3];
+    vectors[0].store(&mut rows[0]);
+    vectors[1].store(&mut rows[1]);
+    vectors[2].store(&mut rows[2]);
+    rows
 }
 
 #[cfg(test)]
@@ -98,8 +154,8 @@ mod tests {
     use crate::gimp::Grid;
     use crate::gimp::lanes::Baseline;
 
-    fn block(half_x: f64, half_y: f64) -> Block {
-        Block { half_x: V8([half_x; 8]), half_y: V8([half_y; 8]), ..Block::EMPTY }
+    fn points(half: f64) -> (Block, Extra) {
+        (Block::EMPTY, Extra { half_x: V8([half; 8]), half_y: V8([half; 8]), ..Extra::EMPTY })
     }
 
     /// Weights add up to 1, gradients to 0, and both reproduce a linear function: to 1e-13 of the cell coordinates'
@@ -108,40 +164,43 @@ mod tests {
     fn partition_of_unity_and_linear_reproduction() {
         let grid = Grid::enclosing(0.0, 0.0, [20, 20], 0.5);
         for points_per_side in [2.0, 3.0, 4.0] {
-            let lanes = GridLanes::<Baseline>::new(&grid, 0.25);
+            let lanes = GridLanes::<Baseline>::new(&grid, &(0..grid.nodes[1]), 0.25, true);
             for step in 0..200 {
                 let place = |k: usize| 0.1 + (0.618 * (8 * step + k) as f64).fract() * 9.8;
-                let mut block = block(0.5 / points_per_side, 0.5 / points_per_side);
+                let (mut block, mut extra) = points(0.5 / points_per_side);
                 for q in 0..8 {
                     block.x.0[q] = place(q);
                     block.y.0[q] = place(q + 3);
                     // Stretched points, up to a cell long.
-                    block.half_x.0[q] = (block.half_x.0[q] * (0.4 + 0.3 * q as f64)).min(0.5);
+                    extra.half_x.0[q] = (extra.half_x.0[q] * (0.4 + 0.3 * q as f64)).min(0.5);
                 }
-                let mut shape = Shape::empty();
-                values_and_gradients::<Baseline, true>(&lanes, &block, &mut shape);
+                let (shape, slopes) = values_and_slopes::<Baseline, true>(&lanes, &block, Some(&extra));
                 for q in 0..8 {
-                    check(&grid, &shape, q, block.x.0[q], block.y.0[q]);
+                    check(&grid, &shape, &slopes, q, block.x.0[q], block.y.0[q]);
                 }
             }
         }
     }
 
-    fn check(grid: &Grid, shape: &Shape, q: usize, x: f64, y: f64) {
+    fn check(grid: &Grid, shape: &Shape, slopes: &Slopes, q: usize, x: f64, y: f64) {
         let (mut one, mut position) = (0.0, [0.0; 2]);
         let (mut zero, mut jacobian) = ([0.0; 2], [[0.0; 2]; 2]);
         for k in 0..9 {
-            let node = shape.base[q] + k % 3 + (k / 3) * grid.nodes[0];
+            let (column, row) = (k % 3, k / 3);
+            let [sx, sy] = [shape.x[column].0[q], shape.y[row].0[q]];
+            let value = sx * sy;
+            let gradient = [slopes.x[column].0[q] * sy, sx * slopes.y[row].0[q]];
+            let node = shape.base[q] + column + row * grid.nodes[0];
             let at = [
                 grid.origin_m[0] + (node % grid.nodes[0]) as f64 * grid.cell_m,
                 grid.origin_m[1] + (node / grid.nodes[0]) as f64 * grid.cell_m,
             ];
-            one += shape.value[k].0[q];
+            one += value;
             for a in 0..2 {
-                position[a] += shape.value[k].0[q] * at[a];
-                zero[a] += shape.gradient[a][k].0[q];
+                position[a] += value * at[a];
+                zero[a] += gradient[a];
                 for (sum, position) in jacobian[a].iter_mut().zip(at) {
-                    *sum += shape.gradient[a][k].0[q] * position;
+                    *sum += gradient[a] * position;
                 }
             }
         }
@@ -161,7 +220,7 @@ mod tests {
     #[test]
     fn weights_are_those_of_the_definition() {
         let grid = Grid::enclosing(0.0, 0.0, [4, 4], 1.0);
-        let lanes = GridLanes::<Baseline>::new(&grid, 0.25);
+        let lanes = GridLanes::<Baseline>::new(&grid, &(0..grid.nodes[1]), 0.25, false);
         let l = 0.25;
         let definition = |r: f64| {
             let r: f64 = r.abs();
@@ -176,15 +235,14 @@ mod tests {
             }
         };
         for step in 0..100 {
-            let mut block = block(l, l);
+            let (mut block, extra) = points(l);
             block.x = V8([1.0 + 0.017 * f64::from(step); 8]);
             block.y = V8([2.0; 8]);
-            let mut shape = Shape::empty();
-            values::<Baseline, true>(&lanes, &block, &mut shape);
+            let shape = values::<Baseline, true>(&lanes, &block, Some(&extra));
             for column in 0..3 {
                 let node = (shape.base[0] + column) % grid.nodes[0];
                 let r = block.x.0[0] - (grid.origin_m[0] + node as f64);
-                let found: f64 = (0..3).map(|row| shape.value[3 * row + column].0[0]).sum();
+                let found = shape.x[column].0[0];
                 assert!((found - definition(r)).abs() < 1e-14, "r = {r}");
             }
         }

@@ -1,42 +1,100 @@
-//! Sorts the points by cell, so that neighbours in space are neighbours in memory, and finds the nodes in use.
+//! Sorts the points by the node nearest to them, so that neighbours in space are neighbours in memory, finds the nodes in
+//! use, and cuts the work into parts.
 
 use super::advance::Arena;
-use super::block::Block;
+use super::block::{Block, Extra};
+use super::plan::REACH;
 
-/// Nodes beyond a point's cell that it may touch before the next sort: its own reach and one for its move.
-const MARGIN: usize = 2;
+/// Room for sorting, so that it allocates nothing.
+#[derive(Debug, Clone)]
+pub(super) struct Sorter {
+    blocks: Vec<Block>,
+    extras: Vec<Extra>,
+    order: Vec<u32>,
+    /// Nearest node of the point in each place.
+    nearest: Vec<u32>,
+    /// Where the points of each node go next.
+    places: Vec<u32>,
+}
 
-/// Sorts the points stably by cell, zeroes the grid, and marks the sums as to be scattered anew.
-pub(super) fn sort(arena: &mut Arena, order: &mut [u32]) {
-    let count = order.len();
-    let cells: Vec<usize> = (0..count)
-        .map(|i| {
-            let block = &arena.blocks[i / 8];
-            arena.grid.cell_of(block.x.0[i % 8], block.y.0[i % 8])
-        })
-        .collect();
-    let mut places: Vec<u32> = (0..count as u32).collect();
-    places.sort_by_key(|&i| cells[i as usize]);
-
-    let mut blocks = vec![Block::EMPTY; arena.blocks.len()];
-    let old_order = order.to_vec();
-    for (to, &from) in places.iter().enumerate() {
-        let from = from as usize;
-        blocks[to / 8].copy_point(to % 8, &arena.blocks[from / 8], from % 8);
-        order[to] = old_order[from];
+impl Sorter {
+    pub(super) fn new(arena: &Arena, count: usize) -> Sorter {
+        Sorter {
+            blocks: arena.blocks.clone(),
+            extras: arena.extras.clone(),
+            order: vec![0; count],
+            nearest: vec![0; count],
+            places: vec![0; arena.grid.node_count()],
+        }
     }
-    pad(&mut blocks, count);
-    arena.blocks = blocks;
-    find_spans(arena, &cells);
-    arena.rescatter();
+
+    /// Sorts the points stably by their nearest node, zeroes the grid, and marks the sums as to be scattered anew.
+    pub(super) fn sort(&mut self, arena: &mut Arena, order: &mut Vec<u32>) {
+        let count = order.len();
+        self.find_places(arena, count);
+        for from in 0..count {
+            let place = &mut self.places[self.nearest[from] as usize];
+            let to = *place as usize;
+            *place += 1;
+            self.blocks[to / 8].copy_point(to % 8, &arena.blocks[from / 8], from % 8);
+            self.order[to] = order[from];
+            if let Some(extra) = self.extras.get_mut(to / 8) {
+                extra.copy_point(to % 8, &arena.extras[from / 8], from % 8);
+            }
+        }
+        std::mem::swap(&mut arena.blocks, &mut self.blocks);
+        std::mem::swap(&mut arena.extras, &mut self.extras);
+        std::mem::swap(order, &mut self.order);
+        pad(arena, count);
+        self.find_spans(arena);
+        let Arena { grid, blocks, plan, .. } = arena;
+        let row =
+            |block: &Block, lane: usize| grid.nearest_node(block.x.0[lane], block.y.0[lane]) / grid.nodes[0];
+        plan.cut(blocks, grid.nodes[1], row);
+        arena.rescatter();
+    }
+
+    fn find_places(&mut self, arena: &Arena, count: usize) {
+        self.places.fill(0);
+        for i in 0..count {
+            let block = &arena.blocks[i / 8];
+            let node = arena.grid.nearest_node(block.x.0[i % 8], block.y.0[i % 8]);
+            self.nearest[i] = node as u32;
+            self.places[node] += 1;
+        }
+        let mut before = 0;
+        for place in &mut self.places {
+            let here = *place;
+            *place = before;
+            before += here;
+        }
+    }
+
+    fn find_spans(&self, arena: &mut Arena) {
+        let [nx, ny] = arena.grid.nodes;
+        let spans = &mut arena.nodes.spans;
+        spans.clear();
+        spans.extend((0..ny).map(|j| (j + 1) * nx..j * nx));
+        for &node in &self.nearest {
+            let (i, j) = (node as usize % nx, node as usize / nx);
+            let rows = j.saturating_sub(REACH)..(j + REACH + 1).min(ny);
+            for (span, j) in spans[rows.clone()].iter_mut().zip(rows) {
+                span.start = span.start.min(j * nx + i.saturating_sub(REACH));
+                span.end = span.end.max(j * nx + (i + REACH + 1).min(nx));
+            }
+        }
+        for span in spans.iter_mut().filter(|span| span.start > span.end) {
+            span.start = span.end;
+        }
+    }
 }
 
 /// Fills the last block with elastic, unstressed points of no mass and no volume in the place of the last real point.
-fn pad(blocks: &mut [Block], count: usize) {
+fn pad(arena: &mut Arena, count: usize) {
     if count.is_multiple_of(8) {
         return;
     }
-    if let Some(last) = blocks.last_mut() {
+    if let Some(last) = arena.blocks.last_mut() {
         let model = last.clone();
         for lane in count % 8..8 {
             last.copy_point(lane, &model, count % 8 - 1);
@@ -48,8 +106,6 @@ fn pad(blocks: &mut [Block], count: usize) {
                 &mut last.mass,
                 &mut last.volume,
                 &mut last.grains,
-                &mut last.force_x,
-                &mut last.force_y,
                 &mut last.pressure,
                 &mut last.sxx,
                 &mut last.syy,
@@ -58,29 +114,19 @@ fn pad(blocks: &mut [Block], count: usize) {
             ] {
                 quantity.0[lane] = 0.0;
             }
-            last.cohesion.0[lane] = f64::INFINITY;
-            last.tension_cutoff.0[lane] = f64::INFINITY;
             last.two_c_cos_phi.0[lane] = f64::INFINITY;
             last.apex.0[lane] = f64::INFINITY;
             last.tension.0[lane] = f64::INFINITY;
         }
     }
-}
-
-fn find_spans(arena: &mut Arena, cells: &[usize]) {
-    let [nx, ny] = arena.grid.nodes;
-    let mut ends = vec![(nx, 0); ny];
-    for &cell in cells {
-        let (i, j) = (cell % nx, cell / nx);
-        for row in &mut ends[j.saturating_sub(MARGIN)..(j + MARGIN + 2).min(ny)] {
-            row.0 = row.0.min(i.saturating_sub(MARGIN));
-            row.1 = row.1.max((i + MARGIN + 2).min(nx));
-        }
-    }
-    arena.nodes.spans.clear();
-    for (j, &(start, end)) in ends.iter().enumerate() {
-        if start < end {
-            arena.nodes.spans.push(j * nx + start..j * nx + end);
+    if let Some(last) = arena.extras.last_mut() {
+        let model = last.clone();
+        for lane in count % 8..8 {
+            last.copy_point(lane, &model, count % 8 - 1);
+            last.force_x.0[lane] = 0.0;
+            last.force_y.0[lane] = 0.0;
+            last.cohesion.0[lane] = f64::INFINITY;
+            last.tension_cutoff.0[lane] = f64::INFINITY;
         }
     }
 }

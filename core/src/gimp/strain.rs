@@ -1,12 +1,12 @@
 //! Velocity gradients at the points and their means over cells (B-bar for the material point method: the
 //! volumetric strain increment of a point is replaced by its cell's mean, weighted with volume).
 
-use super::block::Block;
-use super::gather::collect_gradients;
+use super::block::{Block, Extra};
 use super::grid::GridLanes;
-use super::lanes::{Lanes, V8};
-use super::nodes::Nodes;
-use super::shape::{self, Shape};
+use super::lanes::{Lanes, Row, V8};
+use super::shape;
+use super::transfer::{self, GradientPairs, Gradients};
+use super::window::Window;
 use std::ops::Range;
 
 /// How means over cells are taken.
@@ -22,10 +22,18 @@ impl Averaging {
     /// Pore pressure of eight points over that in the middle of their cells if the water is at rest, Pa. What differs
     /// between the points of a cell beyond that is what relaxation takes away: water at rest stays at rest.
     #[inline(always)]
-    pub(super) fn hydrostatic<S: Lanes, const EXTRA: bool>(&self, grid: &GridLanes<S>, block: &Block) -> S {
+    pub(super) fn hydrostatic<S: Lanes, const EXTRA: bool>(
+        &self,
+        grid: &GridLanes<S>,
+        block: &Block,
+        extra: Option<&Extra>,
+    ) -> S {
         let [x, y] = grid.offsets_in_cells(grid.coordinates(&block.x, &block.y));
         let rise = S::splat(self.water_weight[0]).mul_add(x, S::splat(self.water_weight[1]) * y);
-        if EXTRA && self.held_differs { rise * (S::splat(1.0) - S::load(&block.held)) } else { rise }
+        match extra {
+            Some(extra) if EXTRA && self.held_differs => rise * (S::splat(1.0) - S::load(&extra.held)),
+            _ => rise,
+        }
     }
 }
 
@@ -37,18 +45,25 @@ pub(super) fn gradients<S: Lanes, const TWO: bool, const EXTRA: bool>(
     dt: S,
     average: Option<&Averaging>,
     block: &mut Block,
-    nodes: &mut Nodes,
+    extra: Option<&Extra>,
+    nodes: &mut Window<'_>,
 ) {
-    let mut shape = Shape::empty();
-    shape::values_and_gradients::<S, EXTRA>(grid, block, &mut shape);
-    let rows = collect_gradients(&shape, stride, &nodes.velocities);
-    let [vx_x, vy_x, wx_x, _, vx_y, vy_y, _, wy_y] = S::transpose(rows);
+    let zero = S::splat(0.0);
+    let (shape, slopes) = shape::values_and_slopes::<S, EXTRA>(grid, block, extra);
+    let [vx_x, vy_x, wx_x, vx_y, vy_y, wy_y] = if TWO {
+        let [vx_x, vy_x, wx_x, _, vx_y, vy_y, _, wy_y] =
+            transfer::collect::<S>(&Gradients(&shape, &slopes), stride, nodes.velocities);
+        [vx_x, vy_x, wx_x, vx_y, vy_y, wy_y]
+    } else {
+        let [vx_x, vy_x, vx_y, vy_y] =
+            transfer::collect_low::<S>(&GradientPairs(&shape, &slopes), stride, nodes.velocities);
+        [vx_x, vy_x, zero, vx_y, vy_y, zero]
+    };
     let (xx, yy) = (vx_x * dt, vy_y * dt);
     xx.store(&mut block.lxx);
     (vy_x * dt).store(&mut block.lyx);
     (vx_y * dt).store(&mut block.lxy);
     yy.store(&mut block.lyy);
-    let zero = S::splat(0.0);
     let mut water = zero;
     if TWO {
         water = (wx_x + wy_y) * dt;
@@ -57,26 +72,24 @@ pub(super) fn gradients<S: Lanes, const TWO: bool, const EXTRA: bool>(
     if let Some(averaging) = average {
         let volume = S::load(&block.volume);
         let pressure = if TWO {
-            volume * (S::load(&block.pressure) - averaging.hydrostatic::<S, EXTRA>(grid, block))
+            volume * (S::load(&block.pressure) - averaging.hydrostatic::<S, EXTRA>(grid, block, extra))
         } else {
             zero
         };
-        let parts = [volume, volume * (xx + yy), volume * water, pressure, zero, zero, zero, zero];
-        let rows = S::transpose(parts);
+        let rows = transfer::low_rows([volume, volume * (xx + yy), volume * water, pressure]);
         let cells = grid.cells(grid.coordinates(&block.x, &block.y));
-        for (q, &row) in rows.iter().enumerate() {
-            let cell = &mut nodes.cells[cells[q]];
-            (S::load(cell) + row).store(cell);
+        for (row, &cell) in rows.iter().zip(&cells) {
+            let cell = &mut nodes.cells[cell];
+            (S::Low::load(cell) + S::Low::load(row)).store(cell);
         }
     }
 }
 
 /// Turns the cells' sums into means.
 #[inline(always)]
-pub(super) fn average_cells(nodes: &mut Nodes) {
-    for span in 0..nodes.spans.len() {
-        let Range { start, end } = nodes.spans[span].clone();
-        for cell in &mut nodes.cells[start..end] {
+pub(super) fn average_cells(nodes: &mut Window<'_>, spans: &[Range<usize>]) {
+    for Range { start, end } in spans.iter().cloned() {
+        for cell in &mut nodes.cells[start - nodes.first..end - nodes.first] {
             if cell.0[0] > 0.0 {
                 let inverse = 1.0 / cell.0[0];
                 for sum in &mut cell.0[1..4] {
@@ -91,10 +104,10 @@ pub(super) fn average_cells(nodes: &mut Nodes) {
 #[inline(always)]
 pub(super) fn cell_means<S: Lanes>(grid: &GridLanes<S>, block: &Block, cells: &[V8]) -> [S; 3] {
     let places = grid.cells(grid.coordinates(&block.x, &block.y));
-    let mut rows = [S::splat(0.0); 8];
+    let mut rows = [V8::ZERO; 8];
     for (row, &place) in rows.iter_mut().zip(&places) {
-        *row = S::load(&cells[place]);
+        S::Low::load(&cells[place]).store(row);
     }
-    let [_, skeleton, water, pressure, ..] = S::transpose(rows);
+    let [_, skeleton, water, pressure] = S::load_low_rows(&rows);
     [skeleton, water, pressure]
 }

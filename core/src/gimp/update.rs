@@ -1,7 +1,7 @@
 //! The points at the end of a step: stress, strength, pore pressure, volume, domain and place.
 
 use super::advance::Step;
-use super::block::Block;
+use super::block::{Block, Extra};
 use super::grid::GridLanes;
 use super::lanes::{Lanes, V8};
 use super::soil::{self, Elastic, Increment, Strength, Stress};
@@ -14,7 +14,7 @@ const HALF_SIDE_CELLS: [f64; 2] = [0.025, 0.5];
 
 /// What the pass adds up, lane by lane.
 #[derive(Clone, Copy)]
-pub(super) struct Tally<S> {
+pub(super) struct Moved<S> {
     /// Above zero in the lanes of points that left the grid.
     pub(super) outside: S,
     /// Work of the effective stresses on the skeleton's strain, J per m of width.
@@ -30,8 +30,9 @@ pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
     step: &Step,
     average: Option<&Averaging>,
     block: &mut Block,
+    mut extra: Option<&mut Extra>,
     cells: &[V8],
-    tally: &mut Tally<S>,
+    tally: &mut Moved<S>,
 ) {
     let load = |v: &V8| S::load(v);
     let one = S::splat(1.0);
@@ -40,7 +41,8 @@ pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
     let volumetric = if step.average_strain { means[0] } else { xx + yy };
     let increment = Increment { xx, yy, xy: load(&block.lxy), yx: load(&block.lyx), volumetric };
     let volume = load(&block.volume);
-    tally.stress_work = volume.mul_add(update_stress::<S, EXTRA>(step, block, &increment), tally.stress_work);
+    tally.stress_work = volume
+        .mul_add(update_stress::<S, EXTRA>(step, block, extra.as_deref_mut(), &increment), tally.stress_work);
 
     if TWO {
         let own = load(&block.water_divergence);
@@ -48,7 +50,7 @@ pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
         let porosity = water::porosity(volume, load(&block.grains));
         let old = load(&block.pressure);
         let mean = match average {
-            Some(averaging) => means[2] + averaging.hydrostatic::<S, EXTRA>(grid, block),
+            Some(averaging) => means[2] + averaging.hydrostatic::<S, EXTRA>(grid, block, extra.as_deref()),
             None => old,
         };
         let inflow = water::inflow(porosity, volumetric, divergence);
@@ -58,24 +60,29 @@ pub(super) fn update<S: Lanes, const TWO: bool, const EXTRA: bool>(
         tally.water_work = (volume * S::splat(-0.5) * sum).mul_add(inflow, tally.water_work);
     }
     (volume * (one + volumetric)).store(&mut block.volume);
-    if EXTRA && step.stretch {
+    if let Some(extra) = extra.filter(|_| EXTRA && step.stretch) {
         let (smallest, largest) = (S::splat(HALF_SIDE_CELLS[0]), S::splat(HALF_SIDE_CELLS[1]));
-        let half_x = load(&block.half_x) * (one + xx);
-        let half_y = load(&block.half_y) * (one + yy);
-        half_x.max(smallest).min(largest).store(&mut block.half_x);
-        half_y.max(smallest).min(largest).store(&mut block.half_y);
+        let half_x = load(&extra.half_x) * (one + xx);
+        let half_y = load(&extra.half_y) * (one + yy);
+        half_x.max(smallest).min(largest).store(&mut extra.half_x);
+        half_y.max(smallest).min(largest).store(&mut extra.half_y);
     }
     tally.outside = tally.outside.max(travel(grid, block));
 }
 
 /// New stress and strength; returns the work of the mean stress on the strain, J/m3.
 #[inline(always)]
-fn update_stress<S: Lanes, const EXTRA: bool>(step: &Step, block: &mut Block, increment: &Increment<S>) -> S {
+fn update_stress<S: Lanes, const EXTRA: bool>(
+    step: &Step,
+    block: &mut Block,
+    extra: Option<&mut Extra>,
+    increment: &Increment<S>,
+) -> S {
+    let softening = extra.filter(|_| EXTRA && step.soften);
     let load = |v: &V8| S::load(v);
-    let (elastic, strength) = if EXTRA && step.soften {
-        soil::softened(block)
-    } else {
-        (
+    let (elastic, strength) = match &softening {
+        Some(extra) => soil::softened(block, extra),
+        None => (
             Elastic { bulk: load(&block.bulk), shear: load(&block.shear), sin_psi: load(&block.sin_psi) },
             Strength {
                 sin_phi: load(&block.sin_phi),
@@ -83,7 +90,7 @@ fn update_stress<S: Lanes, const EXTRA: bool>(step: &Step, block: &mut Block, in
                 apex: load(&block.apex),
                 tension: load(&block.tension),
             },
-        )
+        ),
     };
     let old =
         Stress { xx: load(&block.sxx), yy: load(&block.syy), zz: load(&block.szz), xy: load(&block.sxy) };
@@ -93,9 +100,9 @@ fn update_stress<S: Lanes, const EXTRA: bool>(step: &Step, block: &mut Block, in
     new.zz.store(&mut block.szz);
     new.xy.store(&mut block.sxy);
     (load(&block.plastic_strain) + plastic).store(&mut block.plastic_strain);
-    if EXTRA && step.soften {
-        let left = soil::decay(load(&block.peak_left), load(&block.softening_rate), plastic);
-        left.store(&mut block.peak_left);
+    if let Some(extra) = softening {
+        let left = soil::decay(load(&extra.peak_left), load(&extra.softening_rate), plastic);
+        left.store(&mut extra.peak_left);
     }
     soil::work(&old, &new, increment)
 }
@@ -109,6 +116,6 @@ fn travel<S: Lanes>(grid: &GridLanes<S>, block: &mut Block) -> S {
     let [cx, cy] = grid.coordinates(&block.x, &block.y);
     let half = S::splat(0.5);
     let low = S::or(half.gt(cx), half.gt(cy));
-    let high = S::or(cx.gt(grid.last_nearest[0] + half), cy.gt(grid.last_nearest[1] + half));
+    let high = S::or(cx.gt(grid.last[0] + half), cy.gt(grid.last[1] + half));
     S::select(S::or(low, high), S::splat(1.0), S::splat(0.0))
 }

@@ -1,6 +1,7 @@
 //! Eight lanes as an array: for every processor. Where the target has no fused multiply-add, `mul_add` is a slow
 //! but exact library call.
 
+use super::row::{Half, Quad};
 use super::{Lanes, V8};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -37,20 +38,14 @@ impl Neg for Baseline {
 
 impl Lanes for Baseline {
     type Mask = [bool; 8];
+    type Low = Half<Four, false>;
+    type First = Half<Four, false>;
+    type Rest = Half<Four, true>;
+    const SPLIT: bool = true;
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Baseline([value; 8])
-    }
-
-    #[inline(always)]
-    fn halves(low: f64, high: f64) -> Self {
-        Baseline([low, low, low, low, high, high, high, high])
-    }
-
-    #[inline(always)]
-    fn quarters(low: f64, third: f64, fourth: f64) -> Self {
-        Baseline([low, low, low, low, third, third, fourth, fourth])
     }
 
     #[inline(always)]
@@ -113,6 +108,11 @@ impl Lanes for Baseline {
     }
 
     #[inline(always)]
+    fn and(a: [bool; 8], b: [bool; 8]) -> [bool; 8] {
+        std::array::from_fn(|i| a[i] & b[i])
+    }
+
+    #[inline(always)]
     fn any(mask: [bool; 8]) -> bool {
         mask.into_iter().any(|m| m)
     }
@@ -123,7 +123,68 @@ impl Lanes for Baseline {
     }
 
     #[inline(always)]
+    fn store_low_rows(vectors: [Self; 4], rows: &mut [V8; 8]) {
+        for (i, vector) in vectors.iter().enumerate() {
+            for (row, &value) in rows.iter_mut().zip(&vector.0) {
+                row.0[i] = value;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn load_low_rows(rows: &[V8; 8]) -> [Self; 4] {
+        std::array::from_fn(|i| Baseline(std::array::from_fn(|j| rows[j].0[i])))
+    }
+
+    #[inline(always)]
     fn indices(self) -> [usize; 8] {
         self.0.map(|a| a as usize)
+    }
+}
+
+/// Four numbers as an array.
+#[derive(Clone, Copy)]
+pub(in crate::gimp) struct Four([f64; 4]);
+
+impl Add for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Four(std::array::from_fn(|i| self.0[i] + other.0[i]))
+    }
+}
+
+impl Mul for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Four(std::array::from_fn(|i| self.0[i] * other.0[i]))
+    }
+}
+
+impl Quad for Four {
+    #[inline(always)]
+    fn load(from: &[f64; 4]) -> Self {
+        Four(*from)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 4]) {
+        *to = self.0;
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Four(std::array::from_fn(|i| self.0[i].mul_add(b.0[i], c.0[i])))
+    }
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        Four([value; 4])
+    }
+
+    #[inline(always)]
+    fn pairs(even: f64, odd: f64) -> Self {
+        Four([even, even, odd, odd])
     }
 }

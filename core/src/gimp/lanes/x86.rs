@@ -4,6 +4,7 @@
 //! `#[target_feature]` for the instructions used, which are entered only after a run-time check
 //! ([`crate::gimp::Kernel::available`]). Loads and stores go through references to aligned [`V8`].
 
+use super::row::{Half, Quad, Row};
 use super::{Lanes, V8};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -13,6 +14,10 @@ pub(in crate::gimp) struct Avx512(__m512d);
 
 #[derive(Clone, Copy)]
 pub(in crate::gimp) struct Avx2(__m256d, __m256d);
+
+/// Four numbers in one AVX register.
+#[derive(Clone, Copy)]
+pub(in crate::gimp) struct Quarter(__m256d);
 
 macro_rules! arithmetic {
     ($trait:ident, $method:ident, $wide:ident, $half:ident) => {
@@ -44,7 +49,7 @@ impl Neg for Avx512 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::splat(-0.0) - self
+        <Self as Lanes>::splat(-0.0) - self
     }
 }
 
@@ -52,17 +57,43 @@ impl Neg for Avx2 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self::splat(-0.0) - self
+        <Self as Lanes>::splat(-0.0) - self
     }
 }
 
-impl Lanes for Avx512 {
-    type Mask = __mmask8;
+impl Avx512 {
+    #[inline(always)]
+    fn split(self) -> Avx2 {
+        // SAFETY: see the head of this file.
+        unsafe { Avx2(_mm512_castpd512_pd256(self.0), _mm512_extractf64x4_pd::<1>(self.0)) }
+    }
+
+    #[inline(always)]
+    fn join(halves: Avx2) -> Avx512 {
+        // SAFETY: see the head of this file.
+        unsafe { Avx512(_mm512_insertf64x4::<1>(_mm512_castpd256_pd512(halves.0), halves.1)) }
+    }
+}
+
+impl Row for Avx512 {
+    #[inline(always)]
+    fn load(from: &V8) -> Self {
+        <Self as Lanes>::load(from)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut V8) {
+        Lanes::store(self, to);
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Lanes::mul_add(self, b, c)
+    }
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
-        // SAFETY: see the head of this file; so for every block below.
-        unsafe { Avx512(_mm512_set1_pd(value)) }
+        <Self as Lanes>::splat(value)
     }
 
     #[inline(always)]
@@ -76,6 +107,70 @@ impl Lanes for Avx512 {
             let front = _mm512_mask_blend_pd(0x30, _mm512_set1_pd(low), _mm512_set1_pd(third));
             Avx512(_mm512_mask_blend_pd(0xc0, front, _mm512_set1_pd(fourth)))
         }
+    }
+
+    #[inline(always)]
+    fn pairs(even: f64, odd: f64) -> Self {
+        // SAFETY: see the head of this file.
+        unsafe { Avx512(_mm512_mask_blend_pd(0xcc, _mm512_set1_pd(even), _mm512_set1_pd(odd))) }
+    }
+}
+
+impl Add for Quarter {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        // SAFETY: see the head of this file; so for every block below.
+        unsafe { Quarter(_mm256_add_pd(self.0, other.0)) }
+    }
+}
+
+impl Mul for Quarter {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        unsafe { Quarter(_mm256_mul_pd(self.0, other.0)) }
+    }
+}
+
+impl Quad for Quarter {
+    #[inline(always)]
+    fn load(from: &[f64; 4]) -> Self {
+        unsafe { Quarter(_mm256_loadu_pd(from.as_ptr())) }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f64; 4]) {
+        unsafe { _mm256_storeu_pd(to.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        unsafe { Quarter(_mm256_fmadd_pd(self.0, b.0, c.0)) }
+    }
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        unsafe { Quarter(_mm256_set1_pd(value)) }
+    }
+
+    #[inline(always)]
+    fn pairs(even: f64, odd: f64) -> Self {
+        unsafe { Quarter(_mm256_blend_pd::<0b1100>(_mm256_set1_pd(even), _mm256_set1_pd(odd))) }
+    }
+}
+
+impl Lanes for Avx512 {
+    type Mask = __mmask8;
+    type Low = Half<Quarter, false>;
+    type First = Avx512;
+    type Rest = Half<Quarter, true>;
+    const SPLIT: bool = false;
+
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        // SAFETY: see the head of this file; so for every block below.
+        unsafe { Avx512(_mm512_set1_pd(value)) }
     }
 
     #[inline(always)]
@@ -129,6 +224,11 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn and(a: __mmask8, b: __mmask8) -> __mmask8 {
+        a & b
+    }
+
+    #[inline(always)]
     fn any(mask: __mmask8) -> bool {
         mask != 0
     }
@@ -163,6 +263,18 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn store_low_rows(vectors: [Self; 4], rows: &mut [V8; 8]) {
+        let [a, b, c, d] = vectors;
+        Avx2::store_low_rows([a.split(), b.split(), c.split(), d.split()], rows);
+    }
+
+    #[inline(always)]
+    fn load_low_rows(rows: &[V8; 8]) -> [Self; 4] {
+        let [a, b, c, d] = Avx2::load_low_rows(rows);
+        [Self::join(a), Self::join(b), Self::join(c), Self::join(d)]
+    }
+
+    #[inline(always)]
     fn indices(self) -> [usize; 8] {
         // SAFETY: eight 64-bit integers either way.
         let whole: [i64; 8] = unsafe { std::mem::transmute(_mm512_cvttpd_epi64(self.0)) };
@@ -172,24 +284,15 @@ impl Lanes for Avx512 {
 
 impl Lanes for Avx2 {
     type Mask = (__m256d, __m256d);
+    type Low = Half<Quarter, false>;
+    type First = Half<Quarter, false>;
+    type Rest = Half<Quarter, true>;
+    const SPLIT: bool = true;
 
     #[inline(always)]
     fn splat(value: f64) -> Self {
         // SAFETY: see the head of this file; so for every block below.
         unsafe { Avx2(_mm256_set1_pd(value), _mm256_set1_pd(value)) }
-    }
-
-    #[inline(always)]
-    fn halves(low: f64, high: f64) -> Self {
-        unsafe { Avx2(_mm256_set1_pd(low), _mm256_set1_pd(high)) }
-    }
-
-    #[inline(always)]
-    fn quarters(low: f64, third: f64, fourth: f64) -> Self {
-        unsafe {
-            let back = _mm256_blend_pd::<0b1100>(_mm256_set1_pd(third), _mm256_set1_pd(fourth));
-            Avx2(_mm256_set1_pd(low), back)
-        }
     }
 
     #[inline(always)]
@@ -250,6 +353,11 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+        unsafe { (_mm256_and_pd(a.0, b.0), _mm256_and_pd(a.1, b.1)) }
+    }
+
+    #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
         unsafe { _mm256_movemask_pd(_mm256_or_pd(mask.0, mask.1)) != 0 }
     }
@@ -273,6 +381,24 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn store_low_rows(vectors: [Self; 4], rows: &mut [V8; 8]) {
+        let [a, b, c, d] = vectors;
+        let first = transpose_quarter([a.0, b.0, c.0, d.0]);
+        let last = transpose_quarter([a.1, b.1, c.1, d.1]);
+        for q in 0..4 {
+            Half::<Quarter, false>(Quarter(first[q])).store(&mut rows[q]);
+            Half::<Quarter, false>(Quarter(last[q])).store(&mut rows[4 + q]);
+        }
+    }
+
+    #[inline(always)]
+    fn load_low_rows(rows: &[V8; 8]) -> [Self; 4] {
+        let first = transpose_quarter([low(&rows[0]), low(&rows[1]), low(&rows[2]), low(&rows[3])]);
+        let last = transpose_quarter([low(&rows[4]), low(&rows[5]), low(&rows[6]), low(&rows[7])]);
+        [Avx2(first[0], last[0]), Avx2(first[1], last[1]), Avx2(first[2], last[2]), Avx2(first[3], last[3])]
+    }
+
+    #[inline(always)]
     fn indices(self) -> [usize; 8] {
         // SAFETY: four 32-bit integers either way.
         let (low, high): ([i32; 4], [i32; 4]) = unsafe {
@@ -283,6 +409,13 @@ impl Lanes for Avx2 {
         };
         [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]].map(|i| i as usize)
     }
+}
+
+/// The lower half of a row.
+#[inline(always)]
+fn low(row: &V8) -> __m256d {
+    let half: Half<Quarter, false> = Row::load(row);
+    half.0.0
 }
 
 /// Transposes four rows of four.

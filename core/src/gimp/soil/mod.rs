@@ -179,15 +179,43 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, s: 
     let beyond_left = plane[2].gt(plane[1]);
     let off_plane = S::or(beyond_right, beyond_left);
 
-    // Edges: the second plane is (2, 3) where s1 = s2, (1, 2) where s2 = s3; the 2 x 2 system is symmetric.
+    let yields = f13.gt(S::splat(0.0));
+    let mut t = [
+        S::select(yields, plane[0], s[0]),
+        S::select(yields, plane[1], s[1]),
+        S::select(yields, plane[2], s[2]),
+    ];
+    let beside = S::and(yields, off_plane);
+    if S::any(beside) {
+        let edge = return_to_edge(strength, s, [r1, r2, r3], f13, a, beyond_right);
+        for i in 0..3 {
+            t[i] = S::select(beside, edge[i], t[i]);
+        }
+    }
+    t
+}
+
+/// Returns to the edge that the plane (1, 3) shares with a second plane, (2, 3) where s1 = s2 or (1, 2) where s2 = s3, or
+/// to the apex; `flow` is that of the first plane, `f13` and `a` its excess and stiffness. The 2 x 2 system is symmetric.
+#[inline(always)]
+fn return_to_edge<S: Lanes>(
+    strength: &Strength<S>,
+    s: [S; 3],
+    [r1, r2, r3]: [S; 3],
+    f13: S,
+    a: S,
+    beyond_right: S::Mask,
+) -> [S; 3] {
+    let one = S::splat(1.0);
+    let (up, down) = (one + strength.sin_phi, one - strength.sin_phi);
     let second = S::select(beyond_right, excess(strength, s[1], s[2]), excess(strength, s[0], s[1]));
     let b = S::select(beyond_right, up.mul_add(r2, -(down * r3)), up.mul_add(r1, -(down * r2)));
-    let determinant = a.mul_add(a, -(b * b));
-    let first_part = a.mul_add(f13, -(b * second)) / determinant;
-    let second_part = a.mul_add(second, -(b * f13)) / determinant;
+    let inverse = one / a.mul_add(a, -(b * b));
+    let first_part = a.mul_add(f13, -(b * second)) * inverse;
+    let second_part = a.mul_add(second, -(b * f13)) * inverse;
     let q =
         [S::select(beyond_right, r2, r1), S::select(beyond_right, r1, r3), S::select(beyond_right, r3, r2)];
-    let edge = [
+    let mut edge = [
         s[0] - first_part.mul_add(r1, second_part * q[0]),
         s[1] - first_part.mul_add(r2, second_part * q[1]),
         s[2] - first_part.mul_add(r3, second_part * q[2]),
@@ -196,14 +224,10 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, s: 
     let beyond_apex = edge[2].gt(edge[0]);
     let mean = (s[0] + s[1] + s[2]) * S::splat(1.0 / 3.0);
     let apex = strength.apex.min(mean);
-
-    let yields = f13.gt(S::splat(0.0));
-    let mut t = s;
-    for i in 0..3 {
-        let on_edge = S::select(beyond_apex, apex, edge[i]);
-        t[i] = S::select(yields, S::select(off_plane, on_edge, plane[i]), s[i]);
+    for stress in &mut edge {
+        *stress = S::select(beyond_apex, apex, *stress);
     }
-    t
+    edge
 }
 
 /// Associated Rankine return: one, two or three principal stresses at the cut-off. It cannot leave the
@@ -211,11 +235,14 @@ fn return_to_surface<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, s: 
 #[inline(always)]
 fn cut_off<S: Lanes>(elastic: &Elastic<S>, strength: &Strength<S>, t: [S; 3]) -> [S; 3] {
     let limit = strength.tension;
+    let cut = t[0].gt(limit);
+    if !S::any(cut) {
+        return t;
+    }
     let lame = elastic.lame();
     let stiff = lame + elastic.shear;
     let beside_one = lame / (stiff + elastic.shear);
     let beside_two = lame / (stiff + stiff);
-    let cut = t[0].gt(limit);
     let over = t[0] - limit;
     let one = [limit, (-over).mul_add(beside_one, t[1]), (-over).mul_add(beside_one, t[2])];
     let both = over + (t[1] - limit);

@@ -4,7 +4,7 @@
 //! exp(-r d eps) in a step with the equivalent plastic strain d eps. The strengths of a step follow from x at its start.
 
 use super::{Elastic, Strength};
-use crate::gimp::block::Block;
+use crate::gimp::block::{Block, Extra};
 use crate::gimp::lanes::Lanes;
 
 /// Taylor coefficients of sin(a)/a in powers of a^2, highest first: to 1e-18 for a up to 1.4 rad (80 degrees).
@@ -51,13 +51,13 @@ fn sine_cosine<S: Lanes>(angle: S) -> (S, S) {
 
 /// Elastic constants and strength of eight points at what is left of their peak strength.
 #[inline(always)]
-pub(in crate::gimp) fn softened<S: Lanes>(block: &Block) -> (Elastic<S>, Strength<S>) {
+pub(in crate::gimp) fn softened<S: Lanes>(block: &Block, extra: &Extra) -> (Elastic<S>, Strength<S>) {
     let one = S::splat(1.0);
-    let left = S::load(&block.peak_left);
+    let left = S::load(&extra.peak_left);
     let present = |peak: S, residual: S| peak * (one - residual).mul_add(left, residual);
-    let cohesion = present(S::load(&block.cohesion), S::load(&block.residual_cohesion));
-    let friction = present(S::load(&block.friction_angle), S::load(&block.residual_friction_angle));
-    let dilation = present(S::load(&block.dilation_angle), S::load(&block.residual_dilation_angle));
+    let cohesion = present(S::load(&extra.cohesion), S::load(&extra.residual_cohesion));
+    let friction = present(S::load(&extra.friction_angle), S::load(&extra.residual_friction_angle));
+    let dilation = present(S::load(&extra.dilation_angle), S::load(&extra.residual_dilation_angle));
     let (sin_phi, cos_phi) = sine_cosine(friction);
     let (sin_psi, _) = sine_cosine(dilation);
     let with_friction = sin_phi.gt(S::splat(0.0));
@@ -66,7 +66,7 @@ pub(in crate::gimp) fn softened<S: Lanes>(block: &Block) -> (Elastic<S>, Strengt
         sin_phi,
         two_c_cos_phi: (cohesion + cohesion) * cos_phi,
         apex,
-        tension: S::load(&block.tension_cutoff).min(apex),
+        tension: S::load(&extra.tension_cutoff).min(apex),
     };
     (Elastic { bulk: S::load(&block.bulk), shear: S::load(&block.shear), sin_psi }, strength)
 }
@@ -124,17 +124,17 @@ mod tests {
     #[test]
     fn strength_goes_from_peak_to_residual() {
         let degrees = |d: f64| V8([d.to_radians(); 8]);
-        let mut block = Block::EMPTY;
-        block.cohesion = V8([20e3; 8]);
-        block.friction_angle = degrees(30.0);
-        block.dilation_angle = degrees(10.0);
-        block.residual_cohesion = V8([0.1; 8]);
-        block.residual_friction_angle = V8([0.6; 8]);
-        block.residual_dilation_angle = V8([0.0; 8]);
-        block.tension_cutoff = V8([8e3; 8]);
+        let (block, mut extra) = (Block::EMPTY, Extra::EMPTY);
+        extra.cohesion = V8([20e3; 8]);
+        extra.friction_angle = degrees(30.0);
+        extra.dilation_angle = degrees(10.0);
+        extra.residual_cohesion = V8([0.1; 8]);
+        extra.residual_friction_angle = V8([0.6; 8]);
+        extra.residual_dilation_angle = V8([0.0; 8]);
+        extra.tension_cutoff = V8([8e3; 8]);
         for (left, c, phi, psi) in [(1.0, 20e3, 30.0, 10.0), (0.5, 11e3, 24.0, 5.0), (0.0, 2e3, 18.0, 0.0)] {
-            block.peak_left = V8([left; 8]);
-            let (elastic, strength) = softened::<Baseline>(&block);
+            extra.peak_left = V8([left; 8]);
+            let (elastic, strength) = softened::<Baseline>(&block, &extra);
             let (sin, cos) = libm::sincos(f64::to_radians(phi));
             let close = |found: Baseline, expected: f64| {
                 assert!((first(found) - expected).abs() <= 1e-14 * expected.abs().max(1.0), "{expected}");

@@ -8,7 +8,7 @@ use crate::table::{list, significant};
 use clap::Args;
 use runout_core::campaign::InitialStress;
 use runout_core::gimp::Kernel;
-use runout_core::realisation::{Prepared, Progress, Source};
+use runout_core::realisation::{Prepared, Progress, Snapshot, Source};
 use runout_core::spec::Spec;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -229,7 +229,7 @@ fn kernel_speeds(spec: &Spec, time: Duration) -> Result<Vec<KernelSpeed>, Failur
                 thread::sleep(time);
                 progress.cancel();
             });
-            let mut at_start = |_: &_| {
+            let mut at_start = |_: &Snapshot<'_>| {
                 start.get_or_insert_with(Instant::now);
             };
             // Cut short or, where the slope is small, at its end: both will do.

@@ -1,7 +1,7 @@
 //! `runout bench`: the speed of fields and solver on one core of this machine, where a realisation's time goes, and the
 //! memory it needs.
 
-use super::analysis::{kernel, prepare, watch};
+use super::analysis::{kernel, prepare};
 use super::{Failure, print, print_json, seconds};
 use crate::load;
 use crate::table::{list, significant};
@@ -165,25 +165,27 @@ struct Timed {
     parts: Parts,
 }
 
-/// The observer is called where the failure stage begins and where it ends; the field's time is known.
+/// The observer is called where the failure stage begins and where it ends; the field's time is known. No progress bar: its
+/// thread would be timed as well.
 fn realisation(prepared: &Prepared, index: u64, field_ms: f64) -> Result<Timed, Failure> {
-    let mut moments: Vec<Instant> = Vec::new();
     let beyond_the_end_s = 2.0 * prepared.spec().model.analysis.duration_s;
+    let (progress, mut moments) = (Progress::default(), Vec::new());
     let begun = Instant::now();
-    let watched =
-        watch(prepared, Source::Index(index), beyond_the_end_s, &mut |_| moments.push(Instant::now()))?;
-    let whole_s = begun.elapsed().as_secs_f64();
-    let field_s = 1e-3 * field_ms;
+    let mut observer = |_: &Snapshot<'_>| moments.push(begun.elapsed().as_secs_f64());
+    let outcome = prepared.analyse(Source::Index(index), beyond_the_end_s, &mut observer, &progress);
+    let wall_s = begun.elapsed().as_secs_f64();
+    outcome.map_err(|e| Failure::Work(e.to_string()))?;
     // An analysis that cannot start is seen by no observer: its time is the field's and the gravity stage's.
-    let at = |moment: Option<&Instant>| moment.map_or(whole_s, |m| (*m - begun).as_secs_f64());
+    let at = |moment: Option<&f64>| moment.copied().unwrap_or(wall_s);
     let (start_s, end_s) = (at(moments.first()), at(moments.last()));
+    let field_s = 1e-3 * field_ms;
     let parts = Parts {
         field_s,
         gravity_stage_s: (start_s - field_s).max(0.0),
         failure_stage_s: end_s - start_s,
-        measures_s: (watched.wall_s - end_s).max(0.0),
+        measures_s: wall_s - end_s,
     };
-    Ok(Timed { steps: watched.steps, wall_s: watched.wall_s, parts })
+    Ok(Timed { steps: progress.steps(), wall_s, parts })
 }
 
 impl Parts {

@@ -27,7 +27,7 @@ const STEPS: u32 = 120;
 /// Least point updates between two looks at the clock, which Linux moves on by 4 ms at a time; small sizes repeat the
 /// same steps.
 const UPDATES: usize = 10_000_000;
-/// Times that is done; the fastest counts.
+/// Most times that is done, the fastest of which counts; large sizes do as many as fit into so many times the updates.
 const REPETITIONS: usize = 4;
 
 fn main() {
@@ -103,7 +103,8 @@ fn time_size(formulation: Formulation, kernel: Kernel, cell_m: f64) {
     steps(&mut body, STEPS_BEFORE);
     let resident = peak_resident_bytes().zip(resident_before).map(|(after, before)| after - before);
     let copies = UPDATES.div_ceil(points * STEPS as usize);
-    let fastest_s = (0..REPETITIONS)
+    let repetitions = REPETITIONS * UPDATES / (points * STEPS as usize * copies);
+    let fastest_s = (0..repetitions.max(1))
         .map(|_| {
             let mut again = vec![body.clone(); copies];
             let ((), seconds) = seconds(|| again.iter_mut().for_each(|body| steps(black_box(body), STEPS)));

@@ -171,6 +171,18 @@ fn bench_and_check_measure() {
     let updates = number("steps_per_s") * number("points");
     // Both are rounded products of the same three numbers.
     assert!((number("point_updates_per_s_per_core") / updates - 1.0).abs() < 1e-12);
+    assert!(number("start_up_ms") > 0.0 && number("gravity_stage_s") >= 0.0);
+    for part in ["field_s", "gravity_stage_s", "failure_stage_s", "measures_s"] {
+        assert!(bench["parts"][part].as_f64().is_some_and(|s| s >= 0.0), "{part}: {}", bench["parts"]);
+    }
+    let kernels: Vec<&str> = bench["kernels"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter(|kernel| kernel["point_updates_per_s_per_core"].as_f64().is_some_and(|speed| speed > 0.0))
+        .filter_map(|kernel| kernel["name"].as_str())
+        .collect();
+    assert_eq!(kernels, Kernel::available().into_iter().map(Kernel::name).collect::<Vec<_>>());
     let check = desk.document(&["check", "campaign.toml", "--json"]);
     assert_eq!(check["points"], bench["points"]);
 }

@@ -117,8 +117,8 @@ fn differences(found: &State, expected: &State) -> Vec<(&'static str, f64)> {
             let (found, expected) = (found.concat(), expected.concat());
             let scale = expected.iter().fold(0.0_f64, |m, v| m.max(v.abs())).max(f64::MIN_POSITIVE);
             let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs() / scale);
-            // Written so that a NaN counts as larger than any number.
-            (name, off.fold(0.0, |m, d| if d <= m { m } else { d }))
+            // A NaN is off by more than any number.
+            (name, off.fold(0.0, |m, d| if d.is_nan() { f64::INFINITY } else { d.max(m) }))
         })
         .collect()
 }

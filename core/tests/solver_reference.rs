@@ -6,15 +6,16 @@
 //! ratio of the moduli of water and skeleton, and the like: 1e-13 of a quantity's scale is ample. How rounding then grows is
 //! a property of the body, not of either program: each case carries copies of the reference that start one unit in the last
 //! place elsewhere, and solver and reference must not differ by more than [`ROOM`] times what such a copy differs from the
-//! reference, of which there must be little. A dropped term or a wrong sign moves a quantity by 1e-6 of its scale and more.
+//! reference, of which there must be little. A dropped term or a wrong sign in one program moves the
+//! kinetic energy alone by 1e-7 of itself and more, within a few steps.
 
 mod bodies;
 mod reference;
 
 use bodies::{filled, setup};
 use reference::{Reference, Return};
-use runout_core::campaign::{Formulation, VolumetricStrain};
-use runout_core::gimp::{Body, Grid, InitialPoints, Kernel, Setup, State, Support};
+use runout_core::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
+use runout_core::gimp::{Body, Grid, InitialPoints, Kernel, Setup, Softening, State, Support};
 
 /// Largest difference after one step, over the quantity's scale.
 const ONE_STEP: f64 = 1e-13;
@@ -95,6 +96,14 @@ fn two_phase_slope() -> Setup {
     setup
 }
 
+/// The same, moving forward, so that points change their cells early.
+fn thrown_out(mut setup: Setup) -> Setup {
+    for velocity in &mut setup.points.velocity {
+        velocity[0] += 1.5;
+    }
+    setup
+}
+
 /// The quantities of a state that have a scale of their own, with their components.
 fn quantities(state: &State) -> [(&'static str, Vec<&[f64]>); 7] {
     let s = state;
@@ -157,7 +166,7 @@ fn compare(setup: &Setup, steps: usize, met: &Met) {
     let mut bodies: Vec<Body> =
         kernels.iter().map(|&kernel| Body::new(setup.clone(), kernel).unwrap()).collect();
     let mut reference = Reference::new(setup.clone());
-    let mut copies = [2, 3, 4].map(|seed| Reference::new(nudged(setup, seed)));
+    let mut copies = [2, 3].map(|seed| Reference::new(nudged(setup, seed)));
     for step in 1..=steps {
         let dt = bodies[0].stable_step_s();
         let energy = reference.step(dt);
@@ -231,11 +240,8 @@ fn a_slope_of_two_phases_whose_water_cavitates() {
 /// Water that the skeleton holds, under a closed ground surface, thrown out and damped, with dilation and a tension cut-off.
 #[test]
 fn a_closed_slope_that_holds_its_water() {
-    let mut setup = two_phase_slope();
+    let mut setup = thrown_out(two_phase_slope());
     setup.points.water_held.fill(true);
-    for velocity in &mut setup.points.velocity {
-        velocity[0] += 1.5;
-    }
     setup.conditions.closed_surface = true;
     setup.controls.local_damping = 0.1;
     setup.controls.damping_rate_per_s = 0.5;
@@ -243,6 +249,33 @@ fn a_closed_slope_that_holds_its_water() {
     setup.materials[0].tension_cutoff_pa = Some(300.0);
     let returns = &[Return::Plane, Return::RightEdge, Return::LeftEdge, Return::Tension];
     compare(&setup, 200, &Met { returns, cavitation: true, closed_surface: true, crossings: true });
+}
+
+/// What is compiled into the step's second form only: softening, the XPIC filter, stretched domains.
+fn with_options(mut setup: Setup) -> Setup {
+    setup.materials[0].softening = Some(Softening {
+        residual_cohesion: 0.2,
+        residual_friction_angle: 0.7,
+        residual_dilation_angle: 0.1,
+        displacement_m: 2.0,
+    });
+    setup.materials[0].dilation_angle_rad = 0.1;
+    setup.materials[0].tension_cutoff_pa = Some(2e3);
+    setup.controls.velocity_filter = VelocityFilter::Xpic;
+    setup.controls.point_domain = PointDomain::Stretched;
+    setup
+}
+
+const SOFT: Met = Met { returns: &[Return::Plane, Return::RightEdge, Return::LeftEdge], ..MOVES };
+
+#[test]
+fn a_softening_slope_of_one_phase_with_stretched_points_and_a_filter_that_acts_twice() {
+    compare(&with_options(slope()), 200, &SOFT);
+}
+
+#[test]
+fn a_softening_slope_of_two_phases_with_stretched_points_and_a_filter_that_acts_twice() {
+    compare(&with_options(thrown_out(two_phase_slope())), 200, &Met { cavitation: true, ..SOFT });
 }
 
 /// A column between rollers, a corner of it missing, whose water sinks: of little permeability, its pressures relaxing, each point its own strain.

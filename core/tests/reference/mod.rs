@@ -2,9 +2,10 @@
 //! docs/solver.md. It is the oracle that the solver's kernels are held against.
 //!
 //! The stages stand in the order of the `gimp` module. Covered: one and two phases, the B-bar means over cells, relaxation
-//! of pore pressure, cavitation, implicit drag, local damping, decay of velocities, the PIC filter, open, roller and fixed
-//! walls, a closed or drained ground surface, water that has weight or is held. Not covered: softening, XPIC, loads of
-//! single points and free water, stretched domains, frictional walls, obstacles, several materials, the balance of energy.
+//! of pore pressure, cavitation, implicit drag, local damping, decay of velocities, both velocity filters, softening,
+//! stretched domains, open, roller and fixed walls, a closed or drained ground surface, water that has weight or is held.
+//! Not covered: loads of single points and free water, frictional walls, obstacles, several materials, the balance of
+//! energy.
 
 #![allow(unreachable_pub)]
 
@@ -13,7 +14,7 @@ mod soil;
 
 pub use soil::Return;
 
-use runout_core::campaign::{Formulation, VolumetricStrain};
+use runout_core::campaign::{Formulation, PointDomain, VelocityFilter, VolumetricStrain};
 use runout_core::gimp::{Setup, State, Support};
 use shape::Near;
 use soil::{Elastic, Strength};
@@ -29,6 +30,9 @@ const SMALLEST_MASS_SHARE: f64 = 1e-26;
 
 /// A node filled less than this, as a share of what it holds inside the ground, is at the ground surface.
 const SURFACE_FILL: f64 = 0.75;
+
+/// Half the side of a stretched point's domain stays between these, in cells.
+const HALF_SIDE_CELLS: [f64; 2] = [0.025, 0.5];
 
 /// A material point.
 #[derive(Debug, Clone)]
@@ -48,7 +52,12 @@ struct Point {
     /// Mass of the skeleton; of everything, if there is one phase.
     mass: f64,
     plastic_strain: f64,
-    strength: Option<Strength>,
+    /// Peak strength, and what is left of it over the residual one, from 1 to 0.
+    cohesion: f64,
+    friction_angle: f64,
+    peak_left: f64,
+    /// Half the sides of the point's domain, in cells.
+    half: Vector,
     /// Displacement in this step, and its gradient.
     moved: Vector,
     gradient: Tensor,
@@ -73,6 +82,9 @@ struct Node {
     /// Velocities at the end of the step; after the second scatter those of the moved points.
     v: Vector,
     w: Vector,
+    /// Velocities before the step carried to the points and back: what the second filter takes for the true motion.
+    filtered_v: Vector,
+    filtered_w: Vector,
 }
 
 /// Sums over the points of a cell, then means: volumetric strain increments of skeleton and water, pore pressure in the
@@ -120,9 +132,13 @@ impl Reference {
 
     /// Carries the points through one step of `dt` s; returns the kinetic energy, J per m.
     pub fn step(&mut self, dt: f64) -> f64 {
-        let near: Vec<Vec<Near>> = self.points.iter().map(|p| self.near(p.position)).collect();
+        let near: Vec<Vec<Near>> =
+            self.points.iter().map(|p| shape::near(&self.setup.grid, p.half, p.position)).collect();
         self.scatter(&near);
         self.balance_momentum(dt);
+        if self.setup.controls.velocity_filter == VelocityFilter::Xpic {
+            self.filter(&near);
+        }
         let kinetic_energy = self.gather(&near, dt);
         self.scatter_again(&near);
         self.strain(&near, dt);
@@ -133,11 +149,6 @@ impl Reference {
 
     fn two(&self) -> bool {
         self.setup.controls.formulation == Formulation::TwoPhase
-    }
-
-    /// The nodes that a point at `position` reaches.
-    fn near(&self, position: Vector) -> Vec<Near> {
-        shape::near(&self.setup.grid, 0.5 / f64::from(self.setup.points_per_cell_side), position)
     }
 
     /// Part of `rate` that a step takes: an exponential decay, so that it does not hang on the step.
@@ -241,25 +252,57 @@ impl Reference {
         change - Self::share(controls.damping_rate_per_s, dt) * (velocity + change)
     }
 
-    /// Velocities of the points by FLIP, the share of what the grid does not see that PIC takes, and the points' moves;
-    /// returns the kinetic energy.
+    /// Carries the nodes' velocities before the step to the points and back (XPIC(2); Hammerquist & Nairn 2017).
+    fn filter(&mut self, near: &[Vec<Near>]) {
+        let mut momenta = vec![([0.0; 2], [0.0; 2]); self.nodes.len()];
+        for (point, near) in self.points.iter().zip(near) {
+            let water_mass = self.setup.fluid.density_kg_m3 * (point.volume - point.grains);
+            for a in 0..2 {
+                let v: f64 = near
+                    .iter()
+                    .map(|n| n.s * (self.nodes[n.node].v[a] - self.nodes[n.node].change_v[a]))
+                    .sum();
+                let w: f64 = near
+                    .iter()
+                    .map(|n| n.s * (self.nodes[n.node].w[a] - self.nodes[n.node].change_w[a]))
+                    .sum();
+                for n in near {
+                    momenta[n.node].0[a] += n.s * point.mass * v;
+                    momenta[n.node].1[a] += n.s * water_mass * w;
+                }
+            }
+        }
+        for (k, (momentum, water_momentum)) in momenta.into_iter().enumerate() {
+            (self.nodes[k].filtered_v, self.nodes[k].filtered_w) =
+                self.velocities(k, momentum, water_momentum);
+        }
+    }
+
+    /// Velocities of the points, and their moves; returns the kinetic energy. FLIP keeps a point's velocity and adds the
+    /// grid's change; the filter takes a share of what of that motion the grid does not see.
     fn gather(&mut self, near: &[Vec<Near>], dt: f64) -> f64 {
         let pic = Self::share(self.setup.controls.pic_rate_per_s, dt);
+        let twice = self.setup.controls.velocity_filter == VelocityFilter::Xpic;
         let two = self.two();
         let mut energy = 0.0;
         for (point, near) in self.points.iter_mut().zip(near) {
             let at_point = |value: fn(&Node) -> Vector, a: usize| -> f64 {
                 near.iter().map(|n| n.s * value(&self.nodes[n.node])[a]).sum()
             };
+            // With P the way to the grid and back: (I - P) of the new velocity, or (I - P)^2 of the old one.
+            let unseen = |old: f64, change: f64, grid: f64, filtered: f64| -> f64 {
+                if twice { old - 2.0 * (grid - change) + filtered } else { old + change - grid }
+            };
             for a in 0..2 {
-                let flip = point.v[a] + at_point(|n| n.change_v, a);
-                let grid = at_point(|n| n.v, a);
-                point.v[a] = flip - pic * (flip - grid);
+                let (change, grid) = (at_point(|n| n.change_v, a), at_point(|n| n.v, a));
+                let noise = unseen(point.v[a], change, grid, at_point(|n| n.filtered_v, a));
+                point.v[a] += change - pic * noise;
                 point.moved[a] = dt * grid;
                 energy += 0.5 * point.mass * point.v[a] * point.v[a];
                 if two {
-                    let flip = point.w[a] + at_point(|n| n.change_w, a);
-                    point.w[a] = flip - pic * (flip - at_point(|n| n.w, a));
+                    let (change, grid) = (at_point(|n| n.change_w, a), at_point(|n| n.w, a));
+                    let noise = unseen(point.w[a], change, grid, at_point(|n| n.filtered_w, a));
+                    point.w[a] += change - pic * noise;
                     let water_mass = self.setup.fluid.density_kg_m3 * (point.volume - point.grains);
                     energy += 0.5 * water_mass * point.w[a] * point.w[a];
                 }
@@ -281,14 +324,21 @@ impl Reference {
             }
         }
         for (k, (momentum, water_momentum)) in momenta.into_iter().enumerate() {
-            let (held, counts, two) = (self.held(k), self.counts(&self.nodes[k]), self.two());
-            let node = &mut self.nodes[k];
-            for a in 0..2 {
-                let free = counts && !held[a];
-                node.v[a] = if free { momentum[a] / node.mass } else { 0.0 };
-                node.w[a] = if free && two { water_momentum[a] / node.water_mass } else { 0.0 };
+            (self.nodes[k].v, self.nodes[k].w) = self.velocities(k, momentum, water_momentum);
+        }
+    }
+
+    /// Velocities of skeleton and water at node `k` from their momenta; zero where walls hold them.
+    fn velocities(&self, k: usize, momentum: Vector, water_momentum: Vector) -> (Vector, Vector) {
+        let (node, held) = (&self.nodes[k], self.held(k));
+        let (mut v, mut w) = ([0.0; 2], [0.0; 2]);
+        for a in 0..2 {
+            if self.counts(node) && !held[a] {
+                v[a] = momentum[a] / node.mass;
+                w[a] = if self.two() { water_momentum[a] / node.water_mass } else { 0.0 };
             }
         }
+        (v, w)
     }
 
     /// Displacement gradients of this step at the points, from the velocities of the second scatter.
@@ -342,7 +392,7 @@ impl Reference {
 
     /// Stress, pore pressure, volume and place at the end of the step.
     fn update(&mut self, cells: &[Cell], dt: f64) {
-        let Setup { fluid, controls, .. } = self.setup.clone();
+        let Setup { grid, materials, fluid, controls, .. } = self.setup.clone();
         let average = controls.volumetric_strain == VolumetricStrain::CellAverage;
         let relaxation = Self::share(controls.pressure_relaxation_rate_per_s, dt);
         for i in 0..self.points.len() {
@@ -352,9 +402,16 @@ impl Reference {
             let own = point.gradient[0][0] + point.gradient[1][1];
             let volumetric = if average { cell.skeleton } else { own };
             let trial = self.elastic.predict(point.stress, point.gradient, volumetric);
-            let returned = self.elastic.return_to_surface(point.strength.as_ref(), trial);
+            let strength =
+                Strength::new(&materials[0], point.cohesion, point.friction_angle, point.peak_left);
+            let returned = self.elastic.return_to_surface(strength.as_ref(), trial);
             point.stress = returned.stress;
             point.plastic_strain += returned.plastic_strain;
+            if let Some(softening) = materials[0].softening {
+                // The shear displacement of a band one cell wide.
+                let slip = 3.0_f64.sqrt() * returned.plastic_strain * grid.cell_m;
+                point.peak_left *= libm::exp(-slip / softening.displacement_m);
+            }
             self.returns[returned.kind as usize] += 1;
             if self.two() {
                 let n = 1.0 - point.grains / point.volume;
@@ -367,6 +424,10 @@ impl Reference {
             point.volume *= 1.0 + volumetric;
             for a in 0..2 {
                 point.position[a] += point.moved[a];
+                if controls.point_domain == PointDomain::Stretched {
+                    let half = point.half[a] * (1.0 + point.gradient[a][a]);
+                    point.half[a] = half.clamp(HALF_SIDE_CELLS[0], HALF_SIDE_CELLS[1]);
+                }
             }
             self.crossings += usize::from(self.cell_of(point.position) != cell_before);
             self.points[i] = point;
@@ -466,7 +527,10 @@ fn point(setup: &Setup, i: usize) -> Point {
         grains: if two { (1.0 - porosity) * points.volume[i] } else { 0.0 },
         mass: (points.density[i] - water) * points.volume[i],
         plastic_strain: 0.0,
-        strength: Strength::new(&materials[0], points.cohesion[i], points.friction_angle[i]),
+        cohesion: points.cohesion[i],
+        friction_angle: points.friction_angle[i],
+        peak_left: 1.0,
+        half: [0.5 / f64::from(setup.points_per_cell_side); 2],
         moved: [0.0; 2],
         gradient: [[0.0; 2]; 2],
         water_divergence: 0.0,

@@ -30,14 +30,15 @@ fn gimp(r: f64, h: f64, l: f64) -> (f64, f64) {
     }
 }
 
-/// The nodes that a point at `position` reaches, its half-length in cells: three along each axis.
-pub fn near(grid: &Grid, half_length: f64, position: [f64; 2]) -> Vec<Near> {
+/// The nodes that a point at `position` reaches, its half-lengths in cells: three along each axis.
+pub fn near(grid: &Grid, half_lengths: [f64; 2], position: [f64; 2]) -> Vec<Near> {
     let h = grid.cell_m;
     let along = |a: usize| -> Vec<(usize, f64, f64)> {
         let nearest = ((position[a] - grid.origin_m[a]) / h).round() as usize;
         (nearest - 1..=nearest + 1)
             .map(|i| {
-                let (s, slope) = gimp(position[a] - (grid.origin_m[a] + i as f64 * h), h, half_length * h);
+                let (s, slope) =
+                    gimp(position[a] - (grid.origin_m[a] + i as f64 * h), h, half_lengths[a] * h);
                 (i, s, slope)
             })
             .collect()

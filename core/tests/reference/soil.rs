@@ -6,19 +6,19 @@
 
 use runout_core::gimp::Material;
 
-/// Elastic constants and dilation.
+/// Elastic constants.
 #[derive(Debug, Clone, Copy)]
 pub struct Elastic {
     bulk: f64,
     shear: f64,
-    sin_psi: f64,
 }
 
-/// Strength of a point.
+/// Strength and dilation of a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Strength {
     cohesion: f64,
     friction_angle: f64,
+    sin_psi: f64,
     /// Largest tensile principal stress, Pa.
     tension: f64,
 }
@@ -45,9 +45,17 @@ pub struct Returned {
 }
 
 impl Strength {
-    /// None for an elastic material, whose cohesion is infinite.
-    pub fn new(material: &Material, cohesion: f64, friction_angle: f64) -> Option<Strength> {
-        let strength = Strength { cohesion, friction_angle, tension: 0.0 };
+    /// Strength of a point with these peak values of which `left`, from 1 to 0, is left over the residual ones; none of an
+    /// elastic material, whose cohesion is infinite.
+    pub fn new(material: &Material, cohesion: f64, friction_angle: f64, left: f64) -> Option<Strength> {
+        let residual = material.softening.map_or([1.0; 3], |s| {
+            [s.residual_cohesion, s.residual_friction_angle, s.residual_dilation_angle]
+        });
+        let peak = [cohesion, friction_angle, material.dilation_angle_rad];
+        let [cohesion_now, friction_angle, dilation_angle] =
+            [0, 1, 2].map(|i| residual[i] * peak[i] + (peak[i] - residual[i] * peak[i]) * left);
+        let sin_psi = libm::sin(dilation_angle);
+        let strength = Strength { cohesion: cohesion_now, friction_angle, sin_psi, tension: 0.0 };
         let tension = material.tension_cutoff_pa.unwrap_or(f64::INFINITY).min(strength.apex());
         cohesion.is_finite().then_some(Strength { tension, ..strength })
     }
@@ -73,11 +81,7 @@ impl Strength {
 impl Elastic {
     pub fn new(material: &Material) -> Elastic {
         let (e, nu) = (material.youngs_modulus_pa, material.poissons_ratio);
-        Elastic {
-            bulk: e / (3.0 * (1.0 - 2.0 * nu)),
-            shear: e / (2.0 * (1.0 + nu)),
-            sin_psi: libm::sin(material.dilation_angle_rad),
-        }
+        Elastic { bulk: e / (3.0 * (1.0 - 2.0 * nu)), shear: e / (2.0 * (1.0 + nu)) }
     }
 
     /// Stress after the step's rotation and its elastic strain. `volumetric` takes the place of the strain's own
@@ -140,10 +144,10 @@ impl Elastic {
     }
 
     /// Change of the principal stresses by the flow of the plane of stresses i and j.
-    fn flow(&self, (i, j): (usize, usize)) -> [f64; 3] {
+    fn flow(&self, strength: &Strength, (i, j): (usize, usize)) -> [f64; 3] {
         let mut n = [0.0; 3];
-        n[i] = 1.0 + self.sin_psi;
-        n[j] = -(1.0 - self.sin_psi);
+        n[i] = 1.0 + strength.sin_psi;
+        n[j] = -(1.0 - strength.sin_psi);
         self.stiffness(n)
     }
 
@@ -155,7 +159,7 @@ impl Elastic {
         if main <= 0.0 {
             return (s, Return::Elastic);
         }
-        let r = self.flow(MAIN);
+        let r = self.flow(strength, MAIN);
         let plane = less(s, main / strength.slope(MAIN, r), r);
         if plane[0] >= plane[1] && plane[1] >= plane[2] {
             return (plane, Return::Plane);
@@ -163,7 +167,7 @@ impl Elastic {
         let (side, kind) =
             if plane[1] > plane[0] { ((1, 2), Return::RightEdge) } else { ((0, 1), Return::LeftEdge) };
         // Both planes are met: [f_main; f_side] = A [x; y] with A the slopes of both along both flows.
-        let q = self.flow(side);
+        let q = self.flow(strength, side);
         let a = [
             [strength.slope(MAIN, r), strength.slope(MAIN, q)],
             [strength.slope(side, r), strength.slope(side, q)],

@@ -34,11 +34,18 @@ pub(super) struct InSitu {
 }
 
 /// Length of the gravity stage from the stresses of the mean unit weights, as a share of that from none.
+///
+/// Those stresses are off by some 2 % of the largest, which a stage from none takes a good part of its time to come down
+/// to. Measured on salt-creek (unit weight varying by 8 %) against a stage of 6 s: after a third of its 1.5 s the
+/// settled stresses are off by 1.4e-3 of the largest at most and 7e-5 in the root mean square (0.8 m cells; 1.8e-2 and
+/// 5e-4 on 0.4 m cells, 1.2e-2 and 5e-4 with a tenth of the stiffness), the whole stage's by 1.6e-3 and 7e-5 (2.0e-2
+/// and 6e-4, 1.2e-2 and 9e-4). Slides of 1.7 to 7.6 m ran as far as from the whole stage to 1.3e-4 of their length, what
+/// creeps by 0.07 to 2 m to 1 %; stages of 6 s for 1.5 s change the latter by half as much.
 const SETTLING_SHARE: f64 = 1.0 / 3.0;
 
 impl Prepared {
-    /// The in-situ state of points with these properties. That of the mean unit weights is kept: without random unit weight
-    /// it is every realisation's, else the gravity stages of all realisations start from it.
+    /// The in-situ state of points with these properties. That of the mean unit weights is kept: without random unit
+    /// weight it is every realisation's, else the gravity stages of all realisations start from it.
     pub(super) fn in_situ(
         &self,
         properties: &PointProperties,

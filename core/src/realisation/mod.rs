@@ -1,10 +1,10 @@
 //! The whole way from (spec, index) to an outcome.
 //!
 //! A realisation has two stages. The in-situ state comes from a gravity stage, which brings the elastic, drained slope
-//! to equilibrium under its total weight with local damping, or from K0; where the unit weight is not random it is the
-//! same in every realisation and kept. The failure stage starts from its stresses at rest: pore pressure p0 is set,
-//! effective stress is total stress plus p0, the realisation's strengths apply, obstacles stand, and displacements
-//! count from here.
+//! to equilibrium under its total weight with local damping, or from K0. Where the unit weight is not random it is the
+//! same in every realisation and kept; where it is, a shorter stage settles each realisation from that of the mean
+//! weights. The failure stage starts from its stresses at rest: pore pressure p0 is set, effective stress is total stress
+//! plus p0, the realisation's strengths apply, obstacles stand, and displacements count from here.
 
 mod analysis;
 mod insitu;
@@ -28,7 +28,7 @@ use crate::points::{self, Points};
 use crate::slope::{self, layers};
 use crate::spec::Spec;
 use insitu::InSitu;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use thiserror::Error;
 
 /// Most material points of one realisation: about 2 GB of state.
@@ -75,8 +75,8 @@ pub struct Prepared {
     materials: Vec<u16>,
     /// Absent if nothing is random.
     fields: Option<FieldPlan>,
-    /// In-situ state, once some realisation has computed it; only if the unit weight is not random.
-    in_situ: OnceLock<InSitu>,
+    /// In-situ state of the mean unit weights, once some realisation has computed it.
+    in_situ: OnceLock<Arc<InSitu>>,
 }
 
 impl Prepared {

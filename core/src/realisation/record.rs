@@ -72,11 +72,6 @@ fn signed(mut outcome: Outcome, state: Option<&State>) -> Outcome {
 /// First 32 hexadecimal digits of the BLAKE3 hash of the points' state, in point order, and the outcome's fields.
 fn digest(outcome: &Outcome, state: Option<&State>) -> String {
     let mut hasher = blake3::Hasher::new_derive_key("runout 2026 outcome digest v1");
-    // Numbers that are none may differ in their payload between processors: they count as one.
-    let mut number = |value: f64| {
-        let bits = if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() };
-        hasher.update(&bits.to_le_bytes());
-    };
     if let Some(state) = state {
         let fields = [
             &state.x,
@@ -94,8 +89,17 @@ fn digest(outcome: &Outcome, state: Option<&State>) -> String {
             &state.volume,
             &state.plastic_strain,
         ];
-        fields.into_iter().flatten().for_each(|&value| number(value));
+        // The hash takes many bytes at once several times as fast as eight at a time.
+        let mut bytes = Vec::with_capacity(8 * state.x.len());
+        for field in fields {
+            bytes.clear();
+            bytes.extend(field.iter().flat_map(|&value| bits(value)));
+            hasher.update(&bytes);
+        }
     }
+    let mut number = |value: f64| {
+        hasher.update(&bits(value));
+    };
     if let Some(m) = &outcome.measures {
         for value in [
             m.max_displacement_m,
@@ -132,4 +136,10 @@ fn digest(outcome: &Outcome, state: Option<&State>) -> String {
     hasher.update(outcome.outcome.name().as_bytes());
     hasher.update(outcome.reason.name().as_bytes());
     hasher.finalize().to_hex()[..32].to_owned()
+}
+
+/// The bits of a number, as the digest takes them: numbers that are none may differ in their payload between processors and
+/// count as one.
+fn bits(value: f64) -> [u8; 8] {
+    if value.is_nan() { f64::NAN.to_bits() } else { value.to_bits() }.to_le_bytes()
 }

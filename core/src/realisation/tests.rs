@@ -7,11 +7,14 @@ use crate::campaign::{
     Contact, Formulation, InitialPorePressure, InitialStress, Layer, Mesh, Model, Obstacle, Polyline, Slope,
     Softening, Soil, Surface, WaterAboveTable, WaterTable,
 };
+use crate::copula::Copula;
 use crate::gimp::{Kernel, Support};
+use crate::marginal::{Family, Marginal};
 use crate::outcome::Outcome;
 use crate::points::Points;
+use crate::site::Property;
 use crate::slope;
-use crate::spec::Spec;
+use crate::spec::{RandomProperty, Spec};
 
 /// The probe's slope (2 m, 45 degrees, 1 m cells) on a fixed base, of one perfectly plastic soil and with nothing in front
 /// of it, and what is `change`d.
@@ -286,4 +289,57 @@ fn on_a_smooth_base_mud_runs_farther() {
     let fixed = mud(|_| {});
     let smooth = mud(|model| model.slope.base = Contact::Friction(0.02));
     assert!(smooth > fixed + 0.3, "{smooth} m on a smooth base, {fixed} m on a fixed one");
+}
+
+/// The probe's slope in finer cells, its unit weight lognormal about 20 kN/m3 with a coefficient of variation of 10 %.
+fn of_random_weight() -> Prepared {
+    let mut spec = spec(|model| {
+        model.mesh.cell_size_m = 0.5;
+        model.soil.cohesion_pa = Some(2e3);
+        model.soil.friction_angle_rad = Some(0.4);
+        model.soil.unit_weight_n_m3 = None;
+        model.analysis.gravity_stage_s = 1.0;
+    });
+    let marginal = Marginal { family: Family::Lognormal, p: 3.0, q: 0.1 };
+    spec.random = vec![RandomProperty { property: Property::UnitWeight, marginal }];
+    spec.copula = Copula::Independent { dimension: 1 };
+    Prepared::new(spec, Kernel::best()).unwrap()
+}
+
+/// Stresses settled from those of the mean weights are those of a whole gravity stage: to 1e-3 of the largest stress, a
+/// hundredth of what separates the realisation from the mean.
+#[test]
+fn random_weights_settle_to_the_stresses_of_a_whole_gravity_stage() {
+    let (slope, progress) = (of_random_weight(), Progress::default());
+    let properties = slope.properties(Source::Index(1));
+    let mean = slope.properties(Source::Deterministic);
+    let whole = slope.gravity_stage(slope.gravity_points(&properties), 1.0, &progress);
+    let (Ok(whole), Ok(settled), Ok(mean)) =
+        (whole, slope.in_situ(&properties, &progress), slope.in_situ(&mean, &progress))
+    else {
+        panic!("it can be analysed")
+    };
+    let scale = whole.stress.iter().flatten().fold(0.0_f64, |m, s| m.max(s.abs()));
+    let off = |state: &InSitu| {
+        let pairs = state.stress.iter().flatten().zip(whole.stress.iter().flatten());
+        pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / scale
+    };
+    let (settled, mean) = (off(&settled), off(&mean));
+    println!("{settled} {mean}");
+    assert!(settled < 1e-3, "{settled} of the largest stress");
+    assert!(mean > 0.05, "the realisation differs from the mean by {mean} only");
+}
+
+/// What is kept for all realisations depends on the spec alone: neither on which realisation comes first nor on whether
+/// the slope of mean properties does.
+#[test]
+fn with_random_weight_an_outcome_does_not_depend_on_what_ran_before() {
+    let progress = Progress::default();
+    let fresh = of_random_weight().realise(2, &progress).unwrap();
+    let used = of_random_weight();
+    let mean = used.deterministic(&progress).unwrap();
+    used.realise(5, &progress).unwrap();
+    assert_eq!(used.realise(2, &progress).unwrap(), fresh);
+    assert_eq!(used.deterministic(&progress).unwrap(), mean);
+    assert_ne!(fresh.digest, mean.digest);
 }

@@ -28,6 +28,9 @@ pub struct Lattice {
     pub spacing_m: f64,
     /// Cell of each point: row * columns + column. Shape: points.
     pub cells: Vec<usize>,
+    /// Cells of each row, from its first, that a point in this row or a later one depends on: those left of and under
+    /// points. Never grows from row to row. Shape: rows.
+    pub reach: Vec<usize>,
 }
 
 impl Lattice {
@@ -56,6 +59,7 @@ impl Lattice {
 
         let (columns, rows) = (columns as usize, rows as usize);
         let mut taken = vec![false; columns * rows];
+        let mut reach = vec![0; rows];
         let mut cells = Vec::with_capacity(points.len());
         for (point, at) in points.iter().map(place).enumerate() {
             let (column, row) = (at.0.round(), at.1.round());
@@ -65,9 +69,13 @@ impl Lattice {
                 return Err(FieldError::OffLattice { point, x_m: x[point], y_m: y[point], spacing_m });
             }
             taken[cell] = true;
+            reach[row as usize] = reach[row as usize].max(column as usize + 1);
             cells.push(cell);
         }
-        Ok(Lattice { columns, rows, spacing_m, cells })
+        for row in (1..rows).rev() {
+            reach[row - 1] = reach[row - 1].max(reach[row]);
+        }
+        Ok(Lattice { columns, rows, spacing_m, cells, reach })
     }
 
     /// Number of cells.

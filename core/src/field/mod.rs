@@ -20,7 +20,10 @@ pub mod effective;
 pub mod factor;
 pub mod kronecker;
 pub mod lattice;
+mod noise;
 pub mod sweep;
+pub mod table;
+mod transform;
 
 use crate::campaign::{Autocorrelation, Field};
 use crate::copula::{Copula, CopulaError, Sampler};
@@ -28,11 +31,12 @@ use crate::marginal::{MarginalError, Quantile};
 use crate::seed::{self, Purpose};
 use crate::site::Property;
 use crate::spec::RandomProperty;
-use crate::special::standard_normal;
 use kronecker::Kronecker;
 use lattice::Lattice;
+use noise::Noise;
 use sweep::Sweeps;
 use thiserror::Error;
+use transform::Transform;
 
 /// A field that cannot be planned.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -128,8 +132,7 @@ pub struct FieldPlan {
     lattice: Lattice,
     correlation: Correlation,
     properties: Vec<Property>,
-    sampler: Sampler,
-    quantiles: Vec<Quantile>,
+    transform: Transform,
 }
 
 /// How white noise becomes a field.
@@ -189,8 +192,10 @@ impl FieldPlan {
             correlation: Correlation::new(field, &lattice)?,
             lattice,
             properties: random.iter().map(|r| r.property).collect(),
-            sampler,
-            quantiles: random.iter().map(quantile).collect::<Result<_, FieldError>>()?,
+            transform: Transform::new(
+                sampler,
+                &random.iter().map(quantile).collect::<Result<Vec<_>, FieldError>>()?,
+            ),
         })
     }
 
@@ -207,12 +212,8 @@ impl FieldPlan {
         for (j, values) in sample.values.iter_mut().enumerate() {
             self.latent_into(seed, index, j, scratch, values);
         }
-        let mixing = self.sampler.mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
-        let mut fields: Vec<&mut [f64]> = sample.values.iter_mut().map(Vec::as_mut_slice).collect();
-        self.sampler.uniforms(&mut fields, mixing);
-        for (field, quantile) in fields.into_iter().zip(&self.quantiles) {
-            quantile.apply(field);
-        }
+        let mixing = self.transform.sampler().mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
+        self.transform.apply(&mut sample.values, mixing);
     }
 
     /// Independent standard normal fields of realisation `index` at the points: one vector a property, in point order.
@@ -242,15 +243,18 @@ impl FieldPlan {
     fn latent_into(&self, seed: u64, index: u64, j: usize, scratch: &mut Scratch, values: &mut Vec<f64>) {
         // Inversion, one draw a cell in lattice order, from a stream named by the property's place among all
         // properties: a property more or less in the campaign leaves the noise of the others as it is.
-        let mut stream = seed::stream(seed, index, Purpose::LatentField(self.properties[j] as u32));
-        scratch.cells.clear();
-        scratch.cells.extend((0..self.lattice.size()).map(|_| standard_normal(&mut stream)));
+        let mut noise = Noise::new(seed::stream(seed, index, Purpose::LatentField(self.properties[j] as u32)));
+        let Lattice { columns, cells, reach, .. } = &self.lattice;
+        scratch.cells.resize(self.lattice.size(), 0.0);
+        let fill = |row: usize, values: &mut [f64]| noise.fill(row * columns, values);
         match &self.correlation {
-            Correlation::Sweeps(sweeps) => sweeps.correlate(&mut scratch.cells),
-            Correlation::Kronecker(factors) => factors.correlate(&mut scratch.cells, &mut scratch.transposed),
+            Correlation::Sweeps(sweeps) => sweeps.correlate_with(&mut scratch.cells, reach, fill),
+            Correlation::Kronecker(factors) => {
+                factors.correlate_with(&mut scratch.cells, &mut scratch.transposed, reach, fill);
+            }
         }
         values.clear();
-        values.extend(self.lattice.cells.iter().map(|&cell| scratch.cells[cell]));
+        values.extend(cells.iter().map(|&cell| scratch.cells[cell]));
     }
 }
 

@@ -4,7 +4,8 @@
 //! r = exp(-2 spacing / delta) and z_0 = w_0 has exactly that autocorrelation, and the map from w to z is the Cholesky
 //! factor of its matrix. The product of both directions is a Kronecker product (see [`super::kronecker`]), so that
 //! sweeping all rows and then all columns gives dense Cholesky of the whole lattice, draw for draw, cells being
-//! numbered row by row with x fastest.
+//! numbered row by row with x fastest. In this order every cell depends on cells to its left and in earlier rows only,
+//! so that each row is finished before the next one is drawn.
 
 use crate::campaign::Field;
 
@@ -43,19 +44,47 @@ impl Sweeps {
 
     /// Turns white noise in lattice order into a field, in place.
     pub fn correlate(&self, noise: &mut [f64]) {
-        for row in noise.chunks_exact_mut(self.columns) {
-            let mut last = row[0];
-            for value in &mut row[1..] {
-                last = self.x.keep * last + self.x.fresh * *value;
-                *value = last;
+        let reach = vec![self.columns; noise.len() / self.columns];
+        self.correlate_with(noise, &reach, |_, _| {});
+    }
+
+    /// As [`Sweeps::correlate`], for the first `reach[i]` cells of each row i only, which must not grow from row to row:
+    /// they depend on no others. `fill` is given each row's number and these cells just before they are swept, while
+    /// they are in the fastest cache.
+    pub(super) fn correlate_with(
+        &self,
+        cells: &mut [f64],
+        reach: &[usize],
+        mut fill: impl FnMut(usize, &mut [f64]),
+    ) {
+        for (row, &reach) in reach.iter().enumerate() {
+            let (before, rest) = cells.split_at_mut(row * self.columns);
+            let values = &mut rest[..reach];
+            fill(row, values);
+            self.x.along(values);
+            if row > 0 {
+                self.y.across(&before[(row - 1) * self.columns..], values);
             }
         }
-        for start in (self.columns..noise.len()).step_by(self.columns) {
-            let (above, row) = noise.split_at_mut(start);
-            let previous = &above[start - self.columns..];
-            for (value, &last) in row[..self.columns].iter_mut().zip(previous) {
-                *value = self.y.keep * last + self.y.fresh * *value;
-            }
+    }
+}
+
+impl Step {
+    /// Sweeps a row from its first value.
+    fn along(self, row: &mut [f64]) {
+        let Some((mut last, rest)) = row.split_first().map(|(first, _)| *first).zip(row.get_mut(1..)) else {
+            return;
+        };
+        for value in rest {
+            last = self.keep * last + self.fresh * *value;
+            *value = last;
+        }
+    }
+
+    /// Sweeps from the row before to `row`.
+    fn across(self, before: &[f64], row: &mut [f64]) {
+        for (value, &last) in row.iter_mut().zip(before) {
+            *value = self.keep * last + self.fresh * *value;
         }
     }
 }

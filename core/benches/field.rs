@@ -1,7 +1,9 @@
-//! Milliseconds a field: a 15 m slope at 45 degrees with points 0.2 m apart, cohesion and friction angle tied by the
-//! No.16 copula, as fitted to the paper's Table 2. Run with `cargo bench -p runout-core --bench field`.
+//! Milliseconds a field: a 15 m slope at 45 degrees with points 0.2 m apart (10,125) and 0.02 m apart (1,009,125), cohesion
+//! and friction angle tied by the No.16 copula, as fitted to the paper's Table 2. Run with
+//! `cargo bench -p runout-core --bench field`.
 //!
-//! A plain loop and a clock: the median of a hundred fields says what is needed here.
+//! A plain loop and a clock: the median of a hundred fields (of ten large ones) says what is needed here, and the least
+//! what the processor can do when nothing else runs on it.
 
 use runout_core::campaign::{Autocorrelation, Field};
 use runout_core::copula::Copula;
@@ -12,7 +14,13 @@ use runout_core::spec::RandomProperty;
 use std::hint::black_box;
 use std::time::Instant;
 
-const FIELDS: u64 = 100;
+const FIELDS: usize = 100;
+const LARGE_FIELDS: usize = 10;
+
+/// Points of the large slope along one spacing of the small one.
+const REFINEMENT: u32 = 10;
+
+const MIB: f64 = (1_u32 << 20) as f64;
 
 fn main() {
     let random = [
@@ -32,14 +40,23 @@ fn main() {
         ("student-t", Copula::StudentT { correlation: pair, degrees_of_freedom: 10.0 }),
     ];
     for (name, copula) in &copulas {
-        time(name, &random, copula, Autocorrelation::SingleExponential, 0.0);
+        time(name, &random, copula, Autocorrelation::SingleExponential, 0.0, 1);
+    }
+    for (name, copula) in [
+        ("frank", Copula::Frank { theta: -5.170_310_443 }),
+        ("plackett", Copula::Plackett { theta: 0.105_528_25 }),
+    ] {
+        time(name, &random, &copula, Autocorrelation::SingleExponential, 0.0, 1);
     }
     for (autocorrelation, rotation_rad) in [
         (Autocorrelation::SquaredExponential, 0.0),
         (Autocorrelation::BinaryNoise, 0.0),
         (Autocorrelation::SingleExponential, 0.5),
     ] {
-        time("no16", &random, &copulas[0].1, autocorrelation, rotation_rad);
+        time("no16", &random, &copulas[0].1, autocorrelation, rotation_rad, 1);
+    }
+    for (name, copula) in &copulas {
+        time(name, &random, copula, Autocorrelation::SingleExponential, 0.0, REFINEMENT);
     }
 }
 
@@ -49,33 +66,47 @@ fn time(
     copula: &Copula,
     autocorrelation: Autocorrelation,
     rotation_rad: f64,
+    refinement: u32,
 ) {
-    let (x, y) = slope_points();
+    let (x, y) = slope_points(refinement);
     let field = Field { autocorrelation, scale_horizontal_m: 2.0, scale_vertical_m: 2.0, rotation_rad };
     let start = Instant::now();
-    let plan = FieldPlan::new(&field, random, copula, 0.2, &x, &y).expect("a valid plan");
+    let spacing_m = 0.2 / f64::from(refinement);
+    let plan = FieldPlan::new(&field, random, copula, spacing_m, &x, &y).expect("a valid plan");
     let set_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let (mut scratch, mut sample) = (Scratch::default(), FieldSample::default());
-    let mut times_ms: Vec<f64> = (0..FIELDS)
+    let mut times_ms: Vec<f64> = (0..if refinement == 1 { FIELDS } else { LARGE_FIELDS })
         .map(|index| {
             let start = Instant::now();
-            plan.sample_into(1, index, &mut scratch, black_box(&mut sample));
+            plan.sample_into(1, index as u64, &mut scratch, black_box(&mut sample));
             start.elapsed().as_secs_f64() * 1e3
         })
         .collect();
     times_ms.sort_by(f64::total_cmp);
     println!(
-        "{name}, {autocorrelation:?}, rotation {rotation_rad}: {} points, {} cells, set-up {set_up_ms:.2} ms, \
+        "{name}, {autocorrelation:?}, rotation {rotation_rad}: {} points, {} cells, {:.1} MiB, set-up {set_up_ms:.2} ms, \
          median {:.3} ms, least {:.3} ms",
         x.len(),
         plan.lattice().size(),
+        memory_bytes(&plan, random.len()) / MIB,
         times_ms[times_ms.len() / 2],
         times_ms[0],
     );
 }
 
-/// Points of a bank 15 m high with a crest of 19.5 m: 75 rows, the lowest of 172 points; 10,125 in all.
-fn slope_points() -> (Vec<f64>, Vec<f64>) {
-    let row = |row: u32| (0..172 - row).map(move |column| (f64::from(column) * 0.2, f64::from(row) * 0.2));
-    (0..75).flat_map(row).unzip()
+/// Each point's cell in the plan, one value a cell in the buffers (two with factors, whose entries are not counted), one
+/// a point and property in the sample.
+fn memory_bytes(plan: &FieldPlan, properties: usize) -> f64 {
+    let lattice = plan.lattice();
+    let points = lattice.cells.len();
+    (size_of::<f64>() * (points + lattice.size() + points * properties)) as f64
+}
+
+/// Points of a bank 15 m high with a crest of 19.5 m: 75 rows times `refinement`, the lowest of 172 points times it.
+fn slope_points(refinement: u32) -> (Vec<f64>, Vec<f64>) {
+    let spacing_m = 0.2 / f64::from(refinement);
+    let row = move |row: u32| {
+        (0..172 * refinement - row).map(move |i| (f64::from(i) * spacing_m, f64::from(row) * spacing_m))
+    };
+    (0..75 * refinement).flat_map(row).unzip()
 }

@@ -12,6 +12,10 @@ static NORMAL: LazyLock<UnitTable> = LazyLock::new(|| UnitTable::new(Function::N
 
 /// Words of the generator a draw.
 const WORDS_PER_DRAW: u128 = 2;
+const BYTES_PER_DRAW: usize = 8;
+
+/// Draws taken from the generator at once: what it makes at once.
+const DRAWS_AT_ONCE: usize = 32;
 
 /// The noise of one property.
 pub(super) struct Noise {
@@ -32,8 +36,14 @@ impl Noise {
         if first != self.drawn {
             self.stream.set_word_pos(first as u128 * WORDS_PER_DRAW);
         }
-        for value in values.iter_mut() {
-            *value = self.normal.at(uniform_of_bits(self.stream.next_u64()));
+        let mut bytes = [0; BYTES_PER_DRAW * DRAWS_AT_ONCE];
+        for values in values.chunks_mut(DRAWS_AT_ONCE) {
+            let bytes = &mut bytes[..BYTES_PER_DRAW * values.len()];
+            self.stream.fill_bytes(bytes);
+            let (draws, _) = bytes.as_chunks();
+            for (value, draw) in values.iter_mut().zip(draws) {
+                *value = self.normal.at(uniform_of_bits(u64::from_le_bytes(*draw)));
+            }
         }
         self.drawn = first + values.len();
     }

@@ -231,8 +231,9 @@ fn rotation_turns_the_bedding() {
     };
     let plan = plan(&turned, &two_properties(), &Copula::Independent { dimension: 2 }, SIDE, SIDE, 0.5);
     let lattice = plan.lattice();
+    let cells = lattice.cells();
     let place = |point: usize| {
-        let cell = lattice.cells[point];
+        let cell = cells[point];
         ((cell % lattice.columns) as f64 * 0.25, (cell / lattice.columns) as f64 * 0.25)
     };
     let centre = 4 * SIDE + 4;

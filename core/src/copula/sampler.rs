@@ -111,7 +111,7 @@ impl Sampler {
 
     /// Correlates independent standard normals and mixes them, for the elliptical families; leaves them as they are for
     /// the others.
-    pub(crate) fn correlate(&self, fields: &mut [&mut [f64]], mixing: f64) {
+    pub(crate) fn correlate<F: AsRef<[f64]> + AsMut<[f64]>>(&self, fields: &mut [F], mixing: f64) {
         match &self.kind {
             Kind::Gaussian(factor) => multiply(factor, fields, 1.0),
             Kind::StudentT { factor, .. } => multiply(factor, fields, mixing),
@@ -131,15 +131,15 @@ impl Sampler {
 }
 
 /// Multiplies the normals of each cell by the lower factor and by `scale`, last property first.
-fn multiply(factor: &[Vec<f64>], fields: &mut [&mut [f64]], scale: f64) {
+fn multiply<F: AsRef<[f64]> + AsMut<[f64]>>(factor: &[Vec<f64>], fields: &mut [F], scale: f64) {
     for (i, row) in factor.iter().enumerate().rev() {
         let (before, rest) = fields.split_at_mut(i);
-        let own = &mut rest[0];
+        let own = rest[0].as_mut();
         let diagonal = scale * row[i];
         own.iter_mut().for_each(|z| *z *= diagonal);
         for (weight, earlier) in row.iter().zip(before.iter()) {
             let weight = scale * weight;
-            own.iter_mut().zip(earlier.iter()).for_each(|(z, e)| *z += weight * e);
+            own.iter_mut().zip(earlier.as_ref()).for_each(|(z, e)| *z += weight * e);
         }
     }
 }

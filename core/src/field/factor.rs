@@ -161,3 +161,20 @@ fn cholesky(by_lag: &[f64], nugget: f64) -> Option<Vec<f64>> {
 fn first_columns(entries: &[f64], size: usize) -> Vec<usize> {
     (0..size).map(|i| entries[i * size..][..=i].iter().position(|v| *v != 0.0).unwrap_or(i)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_build_of_the_product_gives_the_same_bits() {
+        let factor = Factor::new(Autocorrelation::SquaredExponential, 2.0, 0.2, 30).unwrap();
+        let columns = 37;
+        let matrix: Vec<f64> = (0..30 * columns).map(|i| libm::sin(i as f64)).collect();
+        let widths: Vec<usize> = (0..30).map(|i| columns - i).collect();
+        let (mut chosen, mut plain) = (matrix.clone(), matrix);
+        factor.multiply_rows(&mut chosen, columns, &widths);
+        factor.multiply_rows_in_lanes(&mut plain, columns, &widths);
+        assert_eq!(chosen, plain);
+    }
+}

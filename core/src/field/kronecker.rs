@@ -36,24 +36,15 @@ impl Kronecker {
     /// Turns white noise in lattice order into a field, in place; `scratch` is resized to the lattice.
     pub fn correlate(&self, noise: &mut [f64], scratch: &mut Vec<f64>) {
         let reach = vec![self.x.size(); self.y.size()];
-        self.correlate_with(noise, scratch, &reach, |_, _| {});
+        self.correlate_with(noise, scratch, &reach);
     }
 
     /// As [`Kronecker::correlate`], for the first `reach[i]` cells of each row i only, which must not grow from row to
-    /// row: they depend on no others. `fill` is given each row's number and these cells before.
-    pub(super) fn correlate_with(
-        &self,
-        cells: &mut [f64],
-        scratch: &mut Vec<f64>,
-        reach: &[usize],
-        mut fill: impl FnMut(usize, &mut [f64]),
-    ) {
+    /// row: they depend on no others.
+    pub(super) fn correlate_with(&self, cells: &mut [f64], scratch: &mut Vec<f64>, reach: &[usize]) {
         let (columns, rows) = (self.x.size(), self.y.size());
         // Rows that reach into each column: the widths of the transpose's rows.
         let heights: Vec<usize> = (0..columns).map(|j| reach.partition_point(|r| *r > j)).collect();
-        for (i, row) in cells.chunks_exact_mut(columns).enumerate() {
-            fill(i, &mut row[..reach[i]]);
-        }
         scratch.resize(cells.len(), 0.0);
         transpose(cells, scratch, columns, reach);
         self.x.multiply_rows(scratch, rows, &heights);

@@ -2,6 +2,8 @@
 //! but its stream and its place in the lattice.
 
 use super::table::{Function, UnitTable};
+use crate::seed::{self, Purpose};
+use crate::site::Property;
 use crate::special::uniform_of_bits;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::Rng;
@@ -26,8 +28,10 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Noise from this stream, which must be at its start.
-    pub(super) fn new(stream: ChaCha12Rng) -> Noise {
+    /// For realisation `index`, from a stream named by the property's place among all properties: a property more or less
+    /// in the campaign leaves the noise of the others as it is.
+    pub(super) fn new(seed: u64, index: u64, property: Property) -> Noise {
+        let stream = seed::stream(seed, index, Purpose::LatentField(property as u32));
         Noise { stream, normal: &NORMAL, drawn: 0 }
     }
 

@@ -44,27 +44,21 @@ impl Sweeps {
 
     /// Turns white noise in lattice order into a field, in place.
     pub fn correlate(&self, noise: &mut [f64]) {
-        let reach = vec![self.columns; noise.len() / self.columns];
-        self.correlate_with(noise, &reach, |_, _| {});
+        let mut last = vec![0.0; self.columns];
+        for (number, row) in noise.chunks_exact_mut(self.columns).enumerate() {
+            self.row(number, row, &mut last);
+            row.copy_from_slice(&last);
+        }
     }
 
-    /// As [`Sweeps::correlate`], for the first `reach[i]` cells of each row i only, which must not grow from row to row:
-    /// they depend on no others. `fill` is given each row's number and these cells just before they are swept, while
-    /// they are in the fastest cache.
-    pub(super) fn correlate_with(
-        &self,
-        cells: &mut [f64],
-        reach: &[usize],
-        mut fill: impl FnMut(usize, &mut [f64]),
-    ) {
-        for (row, &reach) in reach.iter().enumerate() {
-            let (before, rest) = cells.split_at_mut(row * self.columns);
-            let values = &mut rest[..reach];
-            fill(row, values);
-            self.x.along(values);
-            if row > 0 {
-                self.y.across(&before[(row - 1) * self.columns..], values);
-            }
+    /// Sweeps the noise of row `number`, which is used up, and turns `field`, the row before, into this row. Both may hold
+    /// fewer cells than the lattice has columns, but no more than the row before: none depends on those to its right.
+    pub(super) fn row(&self, number: usize, noise: &mut [f64], field: &mut [f64]) {
+        self.x.along(noise);
+        if number == 0 {
+            field.copy_from_slice(noise);
+        } else {
+            self.y.across(noise, field);
         }
     }
 }
@@ -81,10 +75,10 @@ impl Step {
         }
     }
 
-    /// Sweeps from the row before to `row`.
-    fn across(self, before: &[f64], row: &mut [f64]) {
-        for (value, &last) in row.iter_mut().zip(before) {
-            *value = self.keep * last + self.fresh * *value;
+    /// Sweeps from the row before, `field`, to the next.
+    fn across(self, noise: &[f64], field: &mut [f64]) {
+        for (value, &fresh) in field.iter_mut().zip(noise) {
+            *value = self.keep * *value + self.fresh * fresh;
         }
     }
 }

@@ -8,9 +8,6 @@ use super::table::{Function, LineTable, UnitTable};
 use crate::copula::Sampler;
 use crate::marginal::Quantile;
 
-/// Cells worked on together, so that every property's piece stays in the fastest cache.
-const BLOCK: usize = 512;
-
 /// Share of the median below which a property's table may be off by [`super::table::TOLERANCE`] of that instead of the
 /// value itself: truncated families lose their digits there by subtraction anyway.
 const LEAST_SHARE: f64 = 1e-3;
@@ -59,23 +56,63 @@ impl Transform {
         &self.sampler
     }
 
-    /// Turns independent standard normals into properties, in place; `fields[j][i]` is property `j` in cell `i`.
-    pub(super) fn apply(&self, fields: &mut [Vec<f64>], mixing: f64) {
-        let cells = fields.first().map_or(0, Vec::len);
-        for start in (0..cells).step_by(BLOCK) {
-            let block = start..(start + BLOCK).min(cells);
-            let mut pieces: Vec<&mut [f64]> = fields.iter_mut().map(|f| &mut f[block.clone()]).collect();
-            self.sampler.correlate(&mut pieces, mixing);
-            if let (Some(conditional), [first, second]) = (&self.conditional, &mut pieces[..]) {
-                let mut buffer = [0.0; BLOCK];
-                let u = &mut buffer[..first.len()];
-                u.copy_from_slice(first);
-                conditional.probability.apply(u);
-                conditional.probability.apply(second);
-                self.sampler.condition(u, second);
-                conditional.value.apply(second);
+    /// Turns independent standard normals into properties, in place; `fields[j][i]` is property `j` in cell `i`. `scratch`
+    /// is overwritten.
+    pub(super) fn apply(&self, fields: &mut [Vec<f64>], mixing: f64, scratch: &mut Vec<f64>) {
+        self.sampler.correlate(fields, mixing);
+        if let (Some(conditional), [first, second]) = (&self.conditional, &mut fields[..]) {
+            let u = scratch;
+            u.clone_from(first);
+            conditional.probability.apply(u);
+            conditional.probability.apply(second);
+            self.sampler.condition(u, second);
+            conditional.value.apply(second);
+        }
+        fields.iter_mut().zip(&self.values).for_each(|(field, table)| table.apply(field));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::copula::Copula;
+    use crate::marginal::{Family, Marginal};
+    use crate::seed::{self, Purpose};
+    use crate::special::standard_normal;
+
+    /// The direct way, uniforms by [`Sampler::uniforms`] and values by [`Quantile::apply`], gives the same values. Either
+    /// way a uniform is known to 1e-16 of one only, at four standard deviations 3e-12 of what it lacks to one.
+    #[test]
+    fn properties_are_those_of_uniforms_and_quantiles() {
+        let pair = vec![vec![1.0, -0.67], vec![-0.67, 1.0]];
+        let copulas = [
+            Copula::Independent { dimension: 2 },
+            Copula::Gaussian { correlation: pair.clone() },
+            Copula::StudentT { correlation: pair, degrees_of_freedom: 5.0 },
+            Copula::No16 { theta: 0.017_395_307_2 },
+            Copula::Plackett { theta: 0.105_528_25 },
+            Copula::Frank { theta: -5.170_310_443 },
+        ];
+        let quantiles = [(Family::TruncNormal, 11.412, 6.1915), (Family::Weibull, 29.37, 5.75)]
+            .map(|(family, p, q)| Quantile::new(&Marginal::new(family, p, q).unwrap()));
+        let mut stream = seed::stream(3, 4, Purpose::LatentField(0));
+        let mut normals = || -> Vec<f64> { (0..50_000).map(|_| standard_normal(&mut stream)).collect() };
+        let latent = [normals(), normals()];
+        for copula in copulas {
+            let sampler = Sampler::new(&copula).unwrap();
+            let mixing = if sampler.student_t().is_some() { 1.3 } else { 1.0 };
+            let mut wanted = latent.clone();
+            let [first, second] = &mut wanted;
+            sampler.uniforms(&mut [first, second], mixing);
+            wanted.iter_mut().zip(&quantiles).for_each(|(field, quantile)| quantile.apply(field));
+            let mut found = latent.clone();
+            Transform::new(sampler, &quantiles).apply(&mut found, mixing, &mut Vec::new());
+            for j in 0..2 {
+                let least = LEAST_SHARE * quantiles[j].at(0.5);
+                let error = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(least);
+                let worst = found[j].iter().zip(&wanted[j]).map(error).fold(0.0, f64::max);
+                assert!(worst < 1e-11, "{copula:?}, property {j}: {worst:e}");
             }
-            pieces.iter_mut().zip(&self.values).for_each(|(piece, table)| table.apply(piece));
         }
     }
 }

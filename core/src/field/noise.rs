@@ -12,6 +12,11 @@ use std::sync::LazyLock;
 /// The normal quantile, once a process; in the middle to 1e-12 of a standard deviation.
 static NORMAL: LazyLock<UnitTable> = LazyLock::new(|| UnitTable::new(Function::NormalQuantile, 1.0));
 
+/// The table of standard normal numbers by their probability.
+pub(super) fn normal() -> &'static UnitTable {
+    &NORMAL
+}
+
 /// Words of the generator a draw.
 const WORDS_PER_DRAW: u128 = 2;
 const BYTES_PER_DRAW: usize = 8;
@@ -32,7 +37,7 @@ impl Noise {
     /// in the campaign leaves the noise of the others as it is.
     pub(super) fn new(seed: u64, index: u64, property: Property) -> Noise {
         let stream = seed::stream(seed, index, Purpose::LatentField(property as u32));
-        Noise { stream, normal: &NORMAL, drawn: 0 }
+        Noise { stream, normal: normal(), drawn: 0 }
     }
 
     /// The noise of successive cells from number `first` on.

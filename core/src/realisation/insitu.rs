@@ -91,7 +91,7 @@ impl Prepared {
     }
 
     /// Elastic and unstressed; below free water less the weight of the water that they displace.
-    fn gravity_points(&self, properties: &PointProperties) -> InitialPoints {
+    pub(super) fn gravity_points(&self, properties: &PointProperties) -> InitialPoints {
         let model = &self.spec.model;
         let positions: Vec<[f64; 2]> =
             self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();
@@ -107,7 +107,7 @@ impl Prepared {
     }
 
     /// K0: column by column from the top.
-    fn at_rest_pressure(&self, properties: &PointProperties, ratio: f64) -> InSitu {
+    pub(super) fn at_rest_pressure(&self, properties: &PointProperties, ratio: f64) -> InSitu {
         let points = &self.points;
         let model = &self.spec.model;
         let mut order: Vec<usize> = (0..points.len()).collect();

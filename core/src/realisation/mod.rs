@@ -13,6 +13,7 @@ mod progress;
 mod properties;
 mod record;
 mod setup;
+mod trial;
 #[cfg(test)]
 mod tests;
 
@@ -20,6 +21,7 @@ pub use analysis::{Snapshot, Source};
 pub use probe::probe;
 pub use progress::{Cancelled, Progress};
 pub use properties::PointProperties;
+pub use trial::{Stage, Trial};
 
 use crate::field::{FieldError, FieldPlan};
 use crate::gimp::{Grid, Kernel};

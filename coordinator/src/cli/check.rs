@@ -1,7 +1,7 @@
 //! `runout check`: validates a campaign and prints what follows from it: size, time step, memory, time, warnings.
 //!
-//! What a realisation costs is told by some steps of either stage, in a few milliseconds, with the range that they leave
-//! open; `--measure` runs a piece of realisation 0 instead.
+//! What a realisation costs is told by some steps of the failure stage, in a few milliseconds, with the range that they
+//! leave open; `--measure` runs a piece of realisation 0 instead.
 
 use super::analysis::{kernel, prepare};
 use super::{Failure, print, print_json};
@@ -14,7 +14,7 @@ use runout_core::campaign::{InitialStress, Layer};
 use runout_core::field::effective::ScoreCorrelation;
 use runout_core::gimp::Kernel;
 use runout_core::outcome::Outcome;
-use runout_core::realisation::{Prepared, Progress, Source, Stage};
+use runout_core::realisation::{Prepared, Progress, Source};
 use runout_core::slope;
 use runout_core::spec::Spec;
 use serde::Serialize;
@@ -38,11 +38,9 @@ pub struct CheckArguments {
     json: bool,
 }
 
-/// How long the steps of a stage are timed at least, how many they are at least, and how many go before, which find
-/// memory and caches cold.
+/// How long steps are timed at least, and how many at least. One goes before, which finds memory and caches cold.
 const BRIEF: Duration = Duration::from_millis(5);
-const FEWEST_STEPS: usize = 5;
-const COLD_STEPS: usize = 2;
+const FEWEST_STEPS: usize = 4;
 
 /// How long `--measure` runs in the failure stage, and at most in all.
 const PROBE: Duration = Duration::from_millis(700);
@@ -133,7 +131,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
         time_step_s: speed.time_step_s,
         steps_at_most,
         steps_per_s: speed.steps_per_s,
-        seconds_per_realisation_at_most: speed.seconds_at_most,
+        seconds_per_realisation_at_most: steps_at_most.map(|steps| steps as f64 / speed.steps_per_s),
         seconds_per_realisation_range: speed.range_s,
         timed_steps: speed.timed_steps,
         kernel_slowdown: is_slow(kernel).then_some(BASELINE_SLOWDOWN),
@@ -271,31 +269,23 @@ struct Speed {
     /// For the whole duration, gravity stage included.
     steps_at_most: Option<u64>,
     steps_per_s: f64,
-    seconds_at_most: Option<f64>,
+    /// Time for these steps if each took as long as the quarter of faster, and the quarter of slower ones, s.
     range_s: Option<[f64; 2]>,
     timed_steps: u64,
 }
 
-/// Some steps of a stage.
-struct Timed {
-    time_step_s: f64,
-    /// Steps for the stage's duration.
-    steps: f64,
-    /// Times of single steps, s, from the shortest.
-    times_s: Vec<f64>,
-}
-
-impl Timed {
-    /// The stage's time if every step took as long as the one at this share of the way to the longest.
-    fn stage_s(&self, share: f64) -> f64 {
-        self.steps * self.times_s[(share * (self.times_s.len() - 1) as f64).round() as usize]
-    }
-}
-
-/// Times some steps of the stage that lasts `duration_s`.
-fn time_steps(prepared: &Prepared, stage: Stage, duration_s: f64) -> Option<Timed> {
-    let mut trial = prepared.trial(stage)?;
-    (0..COLD_STEPS).for_each(|_| drop(trial.step()));
+/// Times some steps of the failure stage, and takes those of the gravity stage, which are shorter work, to be like them.
+fn brief(prepared: &Prepared) -> Speed {
+    let Some(mut trial) = prepared.trial() else {
+        return Speed {
+            time_step_s: None,
+            steps_per_s: 0.0,
+            steps_at_most: None,
+            range_s: None,
+            timed_steps: 0,
+        };
+    };
+    trial.step();
     let begun = Instant::now();
     let (mut times_s, mut time_step_s) = (Vec::new(), 0.0);
     while times_s.len() < FEWEST_STEPS || begun.elapsed() < BRIEF {
@@ -304,33 +294,25 @@ fn time_steps(prepared: &Prepared, stage: Stage, duration_s: f64) -> Option<Time
         times_s.push(begun.elapsed().as_secs_f64());
     }
     times_s.sort_by(f64::total_cmp);
-    Some(Timed { time_step_s, steps: (duration_s / time_step_s).ceil(), times_s })
+    let steps = steps_at_most(prepared, time_step_s);
+    let at = |share: f64| times_s[(share * (times_s.len() - 1) as f64).round() as usize];
+    Speed {
+        time_step_s: Some(time_step_s),
+        steps_per_s: 1.0 / at(0.5),
+        steps_at_most: Some(steps),
+        range_s: Some([0.25, 0.75].map(|share| at(share) * steps as f64)),
+        timed_steps: times_s.len() as u64,
+    }
 }
 
-/// Times some steps of each stage that the campaign has.
-fn brief(prepared: &Prepared) -> Speed {
+/// Steps of this length for the whole duration, gravity stage included.
+fn steps_at_most(prepared: &Prepared, time_step_s: f64) -> u64 {
     let analysis = &prepared.spec().model.analysis;
-    let gravity = match analysis.initial_stress {
-        InitialStress::Gravity => Some(time_steps(prepared, Stage::Gravity, analysis.gravity_stage_s)),
-        InitialStress::K0(_) => None,
+    let gravity_stage_s = match analysis.initial_stress {
+        InitialStress::Gravity => analysis.gravity_stage_s,
+        InitialStress::K0(_) => 0.0,
     };
-    let failure = time_steps(prepared, Stage::Failure, analysis.duration_s);
-    let time_step_s = failure.as_ref().map(|timed| timed.time_step_s);
-    let stages: Option<Vec<Timed>> = gravity.into_iter().chain([failure]).collect();
-    let Some(stages) = stages else {
-        let nothing = Speed { time_step_s, steps_at_most: None, steps_per_s: 0.0, seconds_at_most: None, range_s: None, timed_steps: 0 };
-        return nothing;
-    };
-    let seconds = |share: f64| stages.iter().map(|timed| timed.stage_s(share)).sum::<f64>();
-    let steps: f64 = stages.iter().map(|timed| timed.steps).sum();
-    Speed {
-        time_step_s,
-        steps_at_most: Some(steps as u64),
-        steps_per_s: steps / seconds(0.5),
-        seconds_at_most: Some(seconds(0.5)),
-        range_s: Some([seconds(0.25), seconds(0.75)]),
-        timed_steps: stages.iter().map(|timed| timed.times_s.len() as u64).sum(),
-    }
+    ((analysis.duration_s + gravity_stage_s) / time_step_s).ceil() as u64
 }
 
 /// Runs realisation 0 through its gravity stage and some of its failure stage, then cancels it.
@@ -366,17 +348,8 @@ fn probe(prepared: &Prepared) -> Speed {
         (more > 0).then(|| (progress.simulated_s() - simulated_s) / more as f64)
     });
     let time_step_s = outcome.as_ref().and_then(of_whole).or(of_piece);
-    let analysis = &prepared.spec().model.analysis;
-    let steps_at_most =
-        time_step_s.map(|dt| ((analysis.duration_s + analysis.gravity_stage_s) / dt).ceil() as u64);
-    Speed {
-        time_step_s,
-        steps_at_most,
-        steps_per_s,
-        seconds_at_most: steps_at_most.map(|steps| steps as f64 / steps_per_s),
-        range_s: None,
-        timed_steps: progress.steps(),
-    }
+    let steps_at_most = time_step_s.map(|dt| steps_at_most(prepared, dt));
+    Speed { time_step_s, steps_per_s, steps_at_most, range_s: None, timed_steps: progress.steps() }
 }
 
 /// The largest memory that this process has had, which has just held a realisation; Linux only.

@@ -249,7 +249,9 @@ impl FieldPlan {
     ) {
         let Scratch { fields, pieces, row, transposed } = scratch;
         let count = self.properties.len();
-        [&mut *values, fields, pieces].map(|buffers| buffers.resize_with(count, Vec::new));
+        for buffers in [&mut *values, fields, pieces] {
+            buffers.resize_with(count, Vec::new);
+        }
         values.iter_mut().for_each(|values| values.resize(self.lattice.points(), 0.0));
         let mut noises: Vec<Noise> = self.properties.iter().map(|p| Noise::new(seed, index, *p)).collect();
         let Lattice { columns, rows, ref reach, .. } = self.lattice;
@@ -325,7 +327,11 @@ mod tests {
                 let (x, y): (Vec<f64>, Vec<f64>) =
                     places.iter().map(|p| (0.2 * p.0 as f64, 0.2 * p.1 as f64)).unzip();
                 let copula = Copula::Independent { dimension: 1 };
-                FieldPlan::new(&field, &random, &copula, 0.2, &x, &y).unwrap().sample(5, 6).values.swap_remove(0)
+                FieldPlan::new(&field, &random, &copula, 0.2, &x, &y)
+                    .unwrap()
+                    .sample(5, 6)
+                    .values
+                    .swap_remove(0)
             };
             let all = sample(&rectangle);
             let some = sample(&triangle.iter().map(|i| rectangle[*i]).collect::<Vec<_>>());

@@ -322,7 +322,8 @@ mod tests {
     fn fields_are_made_of_nearly_exact_values() {
         let central = |x: &f64| x.abs() < 3.0;
         let numbers: Vec<f64> = numbers().into_iter().filter(central).collect();
-        let probabilities: Vec<f64> = probabilities().into_iter().filter(|p| (1e-3..0.999).contains(p)).collect();
+        let probabilities: Vec<f64> =
+            probabilities().into_iter().filter(|p| (1e-3..0.999).contains(p)).collect();
         assert!(worst_on_line(Function::NormalCdf, 0.0, &numbers) < 1e-14);
         assert!(worst_on_unit(Function::NormalQuantile, 1.0, &probabilities) < 1e-14);
         for (quantile, _) in USUAL.map(prepared) {

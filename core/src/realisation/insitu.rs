@@ -91,7 +91,7 @@ impl Prepared {
     }
 
     /// Elastic and unstressed; below free water less the weight of the water that they displace.
-    pub(super) fn gravity_points(&self, properties: &PointProperties) -> InitialPoints {
+    fn gravity_points(&self, properties: &PointProperties) -> InitialPoints {
         let model = &self.spec.model;
         let positions: Vec<[f64; 2]> =
             self.points.x.iter().zip(&self.points.y).map(|(&x, &y)| [x, y]).collect();

@@ -13,15 +13,15 @@ mod progress;
 mod properties;
 mod record;
 mod setup;
-mod trial;
 #[cfg(test)]
 mod tests;
+mod trial;
 
 pub use analysis::{Snapshot, Source};
 pub use probe::probe;
 pub use progress::{Cancelled, Progress};
 pub use properties::PointProperties;
-pub use trial::{Stage, Trial};
+pub use trial::Trial;
 
 use crate::field::{FieldError, FieldPlan};
 use crate::gimp::{Grid, Kernel};

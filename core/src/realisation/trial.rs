@@ -1,8 +1,7 @@
-//! A stage under way whose steps can be timed: what a realisation costs, without running one.
+//! A failure stage whose steps can be timed: what a realisation costs, without running one.
 //!
-//! The stage starts from what every realisation has (points, weights, mean strengths) and, before failure, from
-//! stresses guessed in place of a gravity stage's. Its steps do the work of a realisation's first ones and are as long;
-//! where it goes means nothing.
+//! It starts from what every realisation has (points, weights, mean strengths) and from stresses guessed in place of a
+//! gravity stage's. Its steps do the work of a realisation's first ones and are as long; where it goes means nothing.
 
 use super::{Prepared, Source};
 use crate::gimp::Body;
@@ -10,30 +9,16 @@ use crate::gimp::Body;
 /// Ratio of horizontal to vertical effective stress that is guessed: a friction angle of 30 degrees by Jaky (1944).
 const GUESSED_K0: f64 = 0.5;
 
-/// A stage of an analysis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Up to the in-situ stresses.
-    Gravity,
-    /// From failure to rest.
-    Failure,
-}
-
-/// A stage under way.
+/// A failure stage under way.
 #[derive(Debug)]
 pub struct Trial(Body);
 
 impl Prepared {
-    /// The stage at its start; `None` if it cannot be analysed at mean properties.
-    pub fn trial(&self, stage: Stage) -> Option<Trial> {
+    /// A failure stage at its start; `None` if it cannot be analysed at mean properties.
+    pub fn trial(&self) -> Option<Trial> {
         let properties = self.properties(Source::Deterministic);
-        let setup = match stage {
-            Stage::Gravity => self.gravity_setup(self.gravity_points(&properties)),
-            Stage::Failure => {
-                let start = self.at_rest_pressure(&properties, GUESSED_K0);
-                self.failure_setup(self.failure_points(&start, &properties))
-            }
-        };
+        let start = self.at_rest_pressure(&properties, GUESSED_K0);
+        let setup = self.failure_setup(self.failure_points(&start, &properties));
         Body::new(setup, self.kernel).ok().map(Trial)
     }
 }

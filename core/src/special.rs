@@ -24,8 +24,15 @@ pub fn clamp_uniform(u: f64) -> f64 {
 /// A uniform number of the open interval (0, 1): the midpoints of 2^52 equal cells.
 #[inline]
 pub fn open_uniform(rng: &mut impl Rng) -> f64 {
+    uniform_of_bits(rng.next_u64())
+}
+
+/// The uniform number of the open interval (0, 1) that a draw of 64 bits stands for.
+#[inline]
+pub fn uniform_of_bits(draw: u64) -> f64 {
     const CELL: f64 = 1.0 / (1_u64 << 52) as f64;
-    ((rng.next_u64() >> 12) as f64 + 0.5) * CELL
+    // Through i64, from which every processor converts in one instruction.
+    ((draw >> 12) as i64 as f64 + 0.5) * CELL
 }
 
 /// A standard normal number by inversion: one draw of 64 bits each, so that streams stay aligned.

@@ -1,4 +1,7 @@
 //! `runout check`: validates a campaign and prints what follows from it: size, time step, memory, time, warnings.
+//!
+//! What a realisation costs is told by some steps of the failure stage, in a few milliseconds, with the range that they
+//! leave open; `--measure` runs a piece of realisation 0 instead.
 
 use super::analysis::{kernel, prepare};
 use super::{Failure, print, print_json};
@@ -7,8 +10,9 @@ use crate::load;
 use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
-use runout_core::campaign::Layer;
+use runout_core::campaign::{InitialStress, Layer};
 use runout_core::field::effective::ScoreCorrelation;
+use runout_core::gimp::Kernel;
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Prepared, Progress, Source};
 use runout_core::slope;
@@ -18,7 +22,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// `runout check CAMPAIGN [--set KEY=VALUE] [--json]`
+/// `runout check CAMPAIGN [--set KEY=VALUE] [--measure] [--json]`
 #[derive(Debug, Args)]
 pub struct CheckArguments {
     /// Campaign file
@@ -26,12 +30,19 @@ pub struct CheckArguments {
     /// Change a key of the campaign file, in TOML's syntax (repeatable): --set mesh.cell_size_m=0.8
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Override>,
+    /// Time a piece of realisation 0 (some seconds) instead of single steps (some milliseconds)
+    #[arg(long)]
+    measure: bool,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
 }
 
-/// How long the probe runs in the failure stage, and at most in all.
+/// How long steps are timed at least, and how many at least. One goes before, which finds memory and caches cold.
+const BRIEF: Duration = Duration::from_millis(5);
+const FEWEST_STEPS: usize = 4;
+
+/// How long `--measure` runs in the failure stage, and at most in all.
 const PROBE: Duration = Duration::from_millis(700);
 const PROBE_LIMIT: Duration = Duration::from_secs(20);
 const LOOK: Duration = Duration::from_millis(5);
@@ -55,6 +66,12 @@ struct Document {
     steps_at_most: Option<u64>,
     steps_per_s: f64,
     seconds_per_realisation_at_most: Option<f64>,
+    /// What the quarter of faster and the quarter of slower steps would make of it; absent with `--measure`.
+    seconds_per_realisation_range: Option<[f64; 2]>,
+    /// Steps that were timed.
+    timed_steps: u64,
+    /// How many times as long a step takes as with [`Kernel::Avx2`]; absent if it does not.
+    kernel_slowdown: Option<f64>,
     /// Samples that the stopping rule is likely to need, under the assumption of [`advice::likely_samples`].
     likely_samples: Option<u64>,
     peak_memory_mib: Option<f64>,
@@ -81,11 +98,10 @@ struct LayerFacts {
 pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let loaded = load::load_with(&arguments.campaign, &arguments.set)?;
     let prepared = prepare(&loaded.spec)?;
-    let speed = probe(&prepared);
+    let speed = if arguments.measure { probe(&prepared) } else { brief(&prepared) };
+    let kernel = kernel()?;
     let model = &loaded.spec.model;
-    let steps_at_most = speed
-        .time_step_s
-        .map(|dt| ((model.analysis.duration_s + model.analysis.gravity_stage_s) / dt).ceil() as u64);
+    let steps_at_most = speed.steps_at_most;
     let [columns, rows] = prepared.grid().nodes.map(|n| n - 1);
     let mut warnings = advice::warnings(&loaded.campaign);
     if let Some(steps) = steps_at_most.filter(|steps| *steps > model.maximum_steps) {
@@ -95,6 +111,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
             model.maximum_steps
         ));
     }
+    warnings.extend(slow_kernel(kernel));
     let layers = layers(&prepared);
     for layer in layers.iter().filter(|layer| layer.points == 0) {
         warnings.push(format!("layers.{}: no material point lies in it", layer.name));
@@ -109,12 +126,15 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
         mean_angle_deg: slope::mean_angle_rad(&model.slope).to_degrees(),
         layers,
         obstacles: model.obstacles.len(),
-        kernel: kernel()?.name(),
+        kernel: kernel.name(),
         effective_scales: scales(&loaded.spec)?,
         time_step_s: speed.time_step_s,
         steps_at_most,
         steps_per_s: speed.steps_per_s,
         seconds_per_realisation_at_most: steps_at_most.map(|steps| steps as f64 / speed.steps_per_s),
+        seconds_per_realisation_range: speed.range_s,
+        timed_steps: speed.timed_steps,
+        kernel_slowdown: is_slow(kernel).then_some(BASELINE_SLOWDOWN),
         likely_samples: advice::likely_samples(&loaded.campaign.stop.rule),
         peak_memory_mib: peak_memory_mib(),
         warnings,
@@ -156,8 +176,7 @@ fn text(path: &str, document: &Document) -> String {
         document.steps_at_most.map_or_else(|| "-".to_owned(), |s| s.to_string()),
     );
     row("steps per s, one core", significant(document.steps_per_s, 3));
-    let longest = or_dash(document.seconds_per_realisation_at_most);
-    row("seconds per realisation, at most", format!("{longest} (stable slopes end early)"));
+    row("seconds per realisation, at most", longest(document));
     if let Some(samples) = document.likely_samples {
         let assumed = advice::LIKELY_VARIATION;
         row(
@@ -178,6 +197,43 @@ fn text(path: &str, document: &Document) -> String {
         }
     }
     text
+}
+
+/// The longest that a realisation may take, and how well that is known.
+fn longest(document: &Document) -> String {
+    let Some(seconds) = document.seconds_per_realisation_at_most else { return "-".to_owned() };
+    let seconds = significant(seconds, 2);
+    let steps = document.timed_steps;
+    match document.seconds_per_realisation_range {
+        Some([low, high]) => {
+            let range = format!("{} to {}", significant(low, 2), significant(high, 2));
+            format!("{seconds} ({range} by {steps} steps; --measure times more; stable slopes end early)")
+        }
+        None => format!("{seconds} (by {steps} steps; stable slopes end early)"),
+    }
+}
+
+/// Time of a step with the baseline kernel over that with AVX2 on x86-64, which has no fused multiply-add without it:
+/// `check --measure` of the elkhorn-river example on one processor (Zen 3).
+const BASELINE_SLOWDOWN: f64 = 18.0;
+
+/// Whether fused multiply-adds are emulated; other architectures have them.
+fn is_slow(kernel: Kernel) -> bool {
+    cfg!(target_arch = "x86_64") && kernel == Kernel::Baseline
+}
+
+fn slow_kernel(kernel: Kernel) -> Option<String> {
+    let why = if Kernel::best() == kernel {
+        "this processor has no AVX2 with fused multiply-add".to_owned()
+    } else {
+        format!("RUNOUT_KERNEL asks for it, though this processor runs {}", Kernel::best().name())
+    };
+    is_slow(kernel).then(|| {
+        format!(
+            "kernel baseline: {why}; the outcomes are the same to the bit, and each step takes about \
+             {BASELINE_SLOWDOWN} times as long as with avx2 (the times here count that in)"
+        )
+    })
 }
 
 fn layers(prepared: &Prepared) -> Vec<LayerFacts> {
@@ -206,11 +262,57 @@ fn scales(spec: &Spec) -> Result<Vec<Scale>, Failure> {
         .collect()
 }
 
-/// What a short piece of realisation 0 tells of the whole.
+/// What the steps that were timed tell of a whole realisation.
 struct Speed {
-    /// Absent if the analysis failed before its failure stage.
+    /// Of the failure stage; absent if it cannot be analysed.
     time_step_s: Option<f64>,
+    /// For the whole duration, gravity stage included.
+    steps_at_most: Option<u64>,
     steps_per_s: f64,
+    /// Time for these steps if each took as long as the quarter of faster, and the quarter of slower ones, s.
+    range_s: Option<[f64; 2]>,
+    timed_steps: u64,
+}
+
+/// Times some steps of the failure stage, and takes those of the gravity stage, which are shorter work, to be like them.
+fn brief(prepared: &Prepared) -> Speed {
+    let Some(mut trial) = prepared.trial() else {
+        return Speed {
+            time_step_s: None,
+            steps_per_s: 0.0,
+            steps_at_most: None,
+            range_s: None,
+            timed_steps: 0,
+        };
+    };
+    trial.step();
+    let begun = Instant::now();
+    let (mut times_s, mut time_step_s) = (Vec::new(), 0.0);
+    while times_s.len() < FEWEST_STEPS || begun.elapsed() < BRIEF {
+        let begun = Instant::now();
+        time_step_s = trial.step();
+        times_s.push(begun.elapsed().as_secs_f64());
+    }
+    times_s.sort_by(f64::total_cmp);
+    let steps = steps_at_most(prepared, time_step_s);
+    let at = |share: f64| times_s[(share * (times_s.len() - 1) as f64).round() as usize];
+    Speed {
+        time_step_s: Some(time_step_s),
+        steps_per_s: 1.0 / at(0.5),
+        steps_at_most: Some(steps),
+        range_s: Some([0.25, 0.75].map(|share| at(share) * steps as f64)),
+        timed_steps: times_s.len() as u64,
+    }
+}
+
+/// Steps of this length for the whole duration, gravity stage included.
+fn steps_at_most(prepared: &Prepared, time_step_s: f64) -> u64 {
+    let analysis = &prepared.spec().model.analysis;
+    let gravity_stage_s = match analysis.initial_stress {
+        InitialStress::Gravity => analysis.gravity_stage_s,
+        InitialStress::K0(_) => 0.0,
+    };
+    ((analysis.duration_s + gravity_stage_s) / time_step_s).ceil() as u64
 }
 
 /// Runs realisation 0 through its gravity stage and some of its failure stage, then cancels it.
@@ -245,10 +347,12 @@ fn probe(prepared: &Prepared) -> Speed {
         let more = progress.steps().saturating_sub(steps);
         (more > 0).then(|| (progress.simulated_s() - simulated_s) / more as f64)
     });
-    Speed { time_step_s: outcome.as_ref().and_then(of_whole).or(of_piece), steps_per_s }
+    let time_step_s = outcome.as_ref().and_then(of_whole).or(of_piece);
+    let steps_at_most = time_step_s.map(|dt| steps_at_most(prepared, dt));
+    Speed { time_step_s, steps_per_s, steps_at_most, range_s: None, timed_steps: progress.steps() }
 }
 
-/// The largest memory that this process has had, which has just run a realisation; Linux only.
+/// The largest memory that this process has had, which has just held a realisation; Linux only.
 fn peak_memory_mib() -> Option<f64> {
     const KIB_PER_MIB: f64 = 1024.0;
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

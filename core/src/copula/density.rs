@@ -49,6 +49,9 @@ impl LogDensity {
     }
 }
 
+/// Products are taken the logarithm of beyond this: far from overflow by one more share.
+const LARGE_PRODUCT: f64 = 1e100;
+
 /// Scores of pseudo-observations under an elliptical copula's marginals, for likelihoods of many matrices.
 ///
 /// What does not depend on the matrix is summed once.
@@ -105,20 +108,33 @@ impl Scores {
             }
             Some(nu) => {
                 let density = student_t::LogDensity::new(correlation, nu)?;
-                self.sum(|x| density.joint(x))
+                // One logarithm for the product of several shares, which are at least one each.
+                let (mut product, mut logarithms) = (1.0_f64, 0.0);
+                self.each(|x| {
+                    product *= density.share(x);
+                    if product > LARGE_PRODUCT {
+                        logarithms += libm::log(product);
+                        product = 1.0;
+                    }
+                });
+                density.joint(self.tests, self.columns.len(), logarithms + libm::log(product))
             }
         };
         Some(joint + self.margins)
     }
 
     fn sum(&self, of_row: impl Fn(&[f64]) -> f64) -> f64 {
+        let mut total = 0.0;
+        self.each(|row| total += of_row(row));
+        total
+    }
+
+    fn each(&self, mut with_row: impl FnMut(&[f64])) {
         let mut row = [0.0; super::MOST_PROPERTIES];
         let row = &mut row[..self.columns.len()];
-        let mut total = 0.0;
         for place in 0..self.columns[0].len() {
             row.iter_mut().zip(&self.columns).for_each(|(cell, column)| *cell = column[place]);
-            total += of_row(row);
+            with_row(row);
         }
-        total
     }
 }

@@ -10,7 +10,7 @@ use crate::numeric::EndRule;
 fn discriminant_root(theta: f64, u: f64, v: f64) -> f64 {
     let e = theta - 1.0;
     let same = u * v + (1.0 - u) * (1.0 - v);
-    libm::sqrt(if e >= 0.0 {
+    f64::sqrt(if e >= 0.0 {
         1.0 + 2.0 * e * (1.0 - same) + e * e * (u - v) * (u - v)
     } else {
         theta * theta - 2.0 * e * theta * same + e * e * (u + v - 1.0) * (u + v - 1.0)
@@ -42,14 +42,12 @@ pub(super) fn conditional_quantile(theta: f64, u: f64, w: f64) -> f64 {
     let e = theta - 1.0;
     let b = theta + a * e * e;
     let c = 2.0 * a * (u * theta * theta + 1.0 - u) + theta * (1.0 - 2.0 * a);
-    let d = libm::sqrt(theta * (theta + 4.0 * a * u * (1.0 - u) * e * e));
+    let d = f64::sqrt(theta * (theta + 4.0 * a * u * (1.0 - u) * e * e));
     let side = (1.0 - 2.0 * w) * d;
-    if w < 0.5 {
-        let edge = 1.0 - u + theta * u;
-        2.0 * a * edge * edge / (c + side)
-    } else {
-        0.5 * (c - side) / b
-    }
+    let edge = 1.0 - u + theta * u;
+    // One division for both cases, so that many places can be worked on at once.
+    let (top, bottom) = if w < 0.5 { (2.0 * a * edge * edge, c + side) } else { (0.5 * (c - side), b) };
+    top / bottom
 }
 
 /// tau = 4 E[C(U, V)] - 1 by quadrature over u and w, with v from the inverse of the conditional distribution: in

@@ -11,9 +11,6 @@ use super::{Copula, CopulaError, frank, matrix, no16, plackett};
 use crate::special::{StudentT, chi_square, clamp_uniform, normal_cdf};
 use rand_chacha::rand_core::Rng;
 
-/// Cells worked on together, so that every property's piece stays in the fastest cache.
-const BLOCK: usize = 512;
-
 /// A copula prepared for fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampler {
@@ -87,57 +84,67 @@ impl Sampler {
         assert_eq!(fields.len(), self.dimension, "one field per property");
         let cells = fields[0].len();
         assert!(fields.iter().all(|f| f.len() == cells), "fields of equal length");
-        for start in (0..cells).step_by(BLOCK) {
-            let block = start..(start + BLOCK).min(cells);
-            match &self.kind {
-                Kind::Independent => {}
-                Kind::Gaussian(factor) => correlate(factor, fields, block.clone(), 1.0),
-                Kind::StudentT { factor, .. } => correlate(factor, fields, block.clone(), mixing),
-                Kind::Plackett(_) | Kind::Frank(_) | Kind::No16(_) => {}
+        self.correlate(fields, mixing);
+        for field in fields.iter_mut() {
+            match self.student_t() {
+                Some(margin) => field.iter_mut().for_each(|x| *x = clamp_uniform(margin.cdf(*x))),
+                None => field.iter_mut().for_each(|x| *x = clamp_uniform(normal_cdf(*x))),
             }
-            for field in fields.iter_mut() {
-                let cells = &mut field[block.clone()];
-                match &self.kind {
-                    Kind::StudentT { margin, .. } => {
-                        cells.iter_mut().for_each(|x| *x = clamp_uniform(margin.cdf(*x)));
-                    }
-                    _ => cells.iter_mut().for_each(|x| *x = clamp_uniform(normal_cdf(*x))),
-                }
-            }
-            match self.kind {
-                Kind::Plackett(theta) => condition(fields, block, theta, plackett::conditional_quantile),
-                Kind::Frank(theta) => condition(fields, block, theta, frank::conditional_quantile),
-                Kind::No16(theta) => condition(fields, block, theta, no16::conditional_quantile),
-                _ => {}
-            }
+        }
+        if let [first, second] = fields {
+            self.condition(first, second);
+        }
+    }
+
+    /// The distribution of each correlated number of a Student t copula; `None` for the others, where it is normal.
+    pub(crate) fn student_t(&self) -> Option<StudentT> {
+        match &self.kind {
+            Kind::StudentT { margin, .. } => Some(*margin),
+            _ => None,
+        }
+    }
+
+    /// Whether the second property's uniforms need [`Sampler::condition`].
+    pub(crate) fn conditions(&self) -> bool {
+        matches!(self.kind, Kind::Plackett(_) | Kind::Frank(_) | Kind::No16(_))
+    }
+
+    /// Correlates independent standard normals and mixes them, for the elliptical families; leaves them as they are for
+    /// the others.
+    pub(crate) fn correlate<F: AsRef<[f64]> + AsMut<[f64]>>(&self, fields: &mut [F], mixing: f64) {
+        match &self.kind {
+            Kind::Gaussian(factor) => multiply(factor, fields, 1.0),
+            Kind::StudentT { factor, .. } => multiply(factor, fields, mixing),
+            _ => {}
+        }
+    }
+
+    /// Replaces uniforms w of the second property by the v with h(v | u) = w, for the families that need it.
+    pub(crate) fn condition(&self, u: &[f64], w: &mut [f64]) {
+        match self.kind {
+            Kind::Plackett(theta) => each(u, w, |u, w| plackett::conditional_quantile(theta, u, w)),
+            Kind::Frank(theta) => each(u, w, |u, w| frank::conditional_quantile(theta, u, w)),
+            Kind::No16(theta) => each(u, w, |u, w| no16::conditional_quantile(theta, u, w)),
+            _ => {}
         }
     }
 }
 
 /// Multiplies the normals of each cell by the lower factor and by `scale`, last property first.
-fn correlate(factor: &[Vec<f64>], fields: &mut [&mut [f64]], block: std::ops::Range<usize>, scale: f64) {
+fn multiply<F: AsRef<[f64]> + AsMut<[f64]>>(factor: &[Vec<f64>], fields: &mut [F], scale: f64) {
     for (i, row) in factor.iter().enumerate().rev() {
         let (before, rest) = fields.split_at_mut(i);
-        let own = &mut rest[0][block.clone()];
-        own.iter_mut().for_each(|z| *z *= scale * row[i]);
+        let own = rest[0].as_mut();
+        let diagonal = scale * row[i];
+        own.iter_mut().for_each(|z| *z *= diagonal);
         for (weight, earlier) in row.iter().zip(before.iter()) {
-            for (z, e) in own.iter_mut().zip(&earlier[block.clone()]) {
-                *z += scale * weight * e;
-            }
+            let weight = scale * weight;
+            own.iter_mut().zip(earlier.as_ref()).for_each(|(z, e)| *z += weight * e);
         }
     }
 }
 
-/// Replaces the second property's uniforms w by the v with h(v | u) = w.
 #[inline]
-fn condition(
-    fields: &mut [&mut [f64]],
-    block: std::ops::Range<usize>,
-    theta: f64,
-    conditional_quantile: impl Fn(f64, f64, f64) -> f64,
-) {
-    let (first, rest) = fields.split_at_mut(1);
-    for (u, w) in first[0][block.clone()].iter().zip(&mut rest[0][block]) {
-        *w = clamp_uniform(conditional_quantile(theta, *u, *w));
-    }
+fn each(u: &[f64], w: &mut [f64], conditional_quantile: impl Fn(f64, f64) -> f64) {
+    w.iter_mut().zip(u).for_each(|(w, u)| *w = clamp_uniform(conditional_quantile(*u, *w)));
 }

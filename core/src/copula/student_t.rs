@@ -31,13 +31,19 @@ impl LogDensity {
         let mut x = [0.0; super::MOST_PROPERTIES];
         let x = &mut x[..u.len()];
         x.iter_mut().zip(u).for_each(|(x, u)| *x = self.margin.quantile(*u));
-        self.joint(x) + margins(self.degrees_of_freedom, x)
+        let share = libm::log1p(squared_length(&self.factor, x) / self.degrees_of_freedom);
+        self.joint(1.0, x.len(), share) + margins(self.degrees_of_freedom, x)
     }
 
-    /// At the Student t scores `x`: the joint density and its constants, without the marginals' part.
-    pub(super) fn joint(&self, x: &[f64]) -> f64 {
-        let nu = self.degrees_of_freedom;
-        self.constant - 0.5 * (nu + x.len() as f64) * libm::log1p(squared_length(&self.factor, x) / nu)
+    /// One plus the Student t scores' squared length over the degrees of freedom.
+    pub(super) fn share(&self, x: &[f64]) -> f64 {
+        1.0 + squared_length(&self.factor, x) / self.degrees_of_freedom
+    }
+
+    /// The joint log-density of some tests with its constants, without the marginals' part, from the sum of the logarithms
+    /// of their shares.
+    pub(super) fn joint(&self, tests: f64, properties: usize, logarithms: f64) -> f64 {
+        self.constant * tests - 0.5 * (self.degrees_of_freedom + properties as f64) * logarithms
     }
 }
 

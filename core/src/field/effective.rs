@@ -11,9 +11,10 @@
 //! smaller and is not counted here.
 
 use super::autocorrelation::correlation;
+use super::noise;
 use crate::campaign::Autocorrelation;
 use crate::copula::{Copula, CopulaError, Sampler};
-use crate::special::{StudentT, clamp_uniform, normal_quantile};
+use crate::special::{StudentT, clamp_uniform, normal_cdf, normal_quantile};
 
 /// Highest power of the latent correlation that is worked out. What is left is put to the next one.
 const HIGHEST_POWER: usize = 40;
@@ -107,13 +108,14 @@ fn two_property_coefficients(sampler: &Sampler) -> Vec<f64> {
     let powers = HIGHEST_POWER + 1;
     let mut c = vec![0.0; powers * powers];
     let mut along = vec![0.0; powers];
-    for ((z1, weight1), h1) in nodes.iter().zip(&basis) {
-        let mut first = vec![*z1; nodes.len()];
-        let mut second: Vec<f64> = nodes.iter().map(|(z, _)| *z).collect();
-        sampler.uniforms(&mut [&mut first, &mut second], 1.0);
+    let uniforms: Vec<f64> = nodes.iter().map(|(z, _)| clamp_uniform(normal_cdf(*z))).collect();
+    let score = noise::normal();
+    for (((_, weight1), u), h1) in nodes.iter().zip(&uniforms).zip(&basis) {
+        let mut second = uniforms.clone();
+        sampler.condition(&vec![*u; nodes.len()], &mut second);
         along.fill(0.0);
         for ((v, (_, weight2)), h2) in second.iter().zip(&nodes).zip(&basis) {
-            let weighted = weight2 * normal_quantile(*v);
+            let weighted = weight2 * score.at(*v);
             along.iter_mut().zip(h2).for_each(|(sum, h)| *sum += weighted * h);
         }
         for (m, h) in h1.iter().enumerate() {

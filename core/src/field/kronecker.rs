@@ -35,20 +35,29 @@ impl Kronecker {
 
     /// Turns white noise in lattice order into a field, in place; `scratch` is resized to the lattice.
     pub fn correlate(&self, noise: &mut [f64], scratch: &mut Vec<f64>) {
+        let reach = vec![self.x.size(); self.y.size()];
+        self.correlate_with(noise, scratch, &reach);
+    }
+
+    /// As [`Kronecker::correlate`], for the first `reach[i]` cells of each row i only, which must not grow from row to
+    /// row: they depend on no others.
+    pub(super) fn correlate_with(&self, cells: &mut [f64], scratch: &mut Vec<f64>, reach: &[usize]) {
         let (columns, rows) = (self.x.size(), self.y.size());
-        scratch.resize(noise.len(), 0.0);
-        transpose(noise, scratch, columns);
-        self.x.multiply_rows(scratch, rows);
-        transpose(scratch, noise, rows);
-        self.y.multiply_rows(noise, columns);
+        // Rows that reach into each column: the widths of the transpose's rows.
+        let heights: Vec<usize> = (0..columns).map(|j| reach.partition_point(|r| *r > j)).collect();
+        scratch.resize(cells.len(), 0.0);
+        transpose(cells, scratch, columns, reach);
+        self.x.multiply_rows(scratch, rows, &heights);
+        transpose(scratch, cells, rows, &heights);
+        self.y.multiply_rows(cells, columns, reach);
     }
 }
 
-/// Writes the transpose of `from` (rows of `columns` values) to `to`.
-fn transpose(from: &[f64], to: &mut [f64], columns: usize) {
+/// Writes the transpose of `from` (rows of `columns` values, of which the first `widths[i]` count in row i) to `to`.
+fn transpose(from: &[f64], to: &mut [f64], columns: usize, widths: &[usize]) {
     let rows = from.len() / columns;
-    for (i, row) in from.chunks_exact(columns).enumerate() {
-        for (j, &value) in row.iter().enumerate() {
+    for (i, (row, width)) in from.chunks_exact(columns).zip(widths).enumerate() {
+        for (j, &value) in row[..*width].iter().enumerate() {
             to[j * rows + i] = value;
         }
     }

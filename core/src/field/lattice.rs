@@ -14,10 +14,22 @@ pub const MOST_CELLS: u64 = 1 << 24;
 /// rounding of coordinates up to some kilometres, far below what a shifted point would show.
 const OFF_CENTRE: f64 = 1e-6;
 
+/// In a cell without a point.
+const NO_POINT: u32 = u32::MAX;
+
 /// With rotation, cells a point spacing.
 const ROTATED_REFINEMENT: f64 = 2.0;
 
-/// The lattice and the cell of each point.
+/// A point in its row. Narrow numbers, since memory's speed counts in large fields.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Column of its cell.
+    pub column: u32,
+    /// Number of the point.
+    pub point: u32,
+}
+
+/// The lattice and where the points stand in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
     /// Cells in a row, along the bedding.
@@ -26,8 +38,13 @@ pub struct Lattice {
     pub rows: usize,
     /// Side of a cell, m.
     pub spacing_m: f64,
-    /// Cell of each point: row * columns + column. Shape: points.
-    pub cells: Vec<usize>,
+    /// Where points stand, by rows, and from the first column in each. Shape: points.
+    places: Vec<Place>,
+    /// Number of points before each row, and in all. Shape: rows + 1.
+    starts: Vec<usize>,
+    /// Cells of each row, from its first, that a point in this row or a later one depends on: those left of and under
+    /// points. Never grows from row to row. Shape: rows.
+    pub reach: Vec<usize>,
 }
 
 impl Lattice {
@@ -55,19 +72,50 @@ impl Lattice {
         }
 
         let (columns, rows) = (columns as usize, rows as usize);
-        let mut taken = vec![false; columns * rows];
-        let mut cells = Vec::with_capacity(points.len());
+        let mut point_of = vec![NO_POINT; columns * rows];
+        let mut reach = vec![0; rows];
         for (point, at) in points.iter().map(place).enumerate() {
             let (column, row) = (at.0.round(), at.1.round());
             let cell = row as usize * columns + column as usize;
             let off = (at.0 - column).abs().max((at.1 - row).abs());
-            if taken[cell] || (!rotated && off > OFF_CENTRE) {
+            if point_of[cell] != NO_POINT || (!rotated && off > OFF_CENTRE) {
                 return Err(FieldError::OffLattice { point, x_m: x[point], y_m: y[point], spacing_m });
             }
-            taken[cell] = true;
-            cells.push(cell);
+            point_of[cell] = point as u32;
+            reach[row as usize] = reach[row as usize].max(column as usize + 1);
         }
-        Ok(Lattice { columns, rows, spacing_m, cells })
+        for row in (1..rows).rev() {
+            reach[row - 1] = reach[row - 1].max(reach[row]);
+        }
+        let mut places = Vec::with_capacity(points.len());
+        let mut starts = vec![0];
+        for row in point_of.chunks_exact(columns) {
+            let taken = row.iter().enumerate().filter(|(_, point)| **point != NO_POINT);
+            places.extend(taken.map(|(column, point)| Place { column: column as u32, point: *point }));
+            starts.push(places.len());
+        }
+        Ok(Lattice { columns, rows, spacing_m, places, starts, reach })
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The points of a row.
+    pub fn row(&self, row: usize) -> &[Place] {
+        &self.places[self.starts[row]..self.starts[row + 1]]
+    }
+
+    /// Cell of each point: row * columns + column.
+    pub fn cells(&self) -> Vec<usize> {
+        let mut cells = vec![0; self.places.len()];
+        for row in 0..self.rows {
+            for place in self.row(row) {
+                cells[place.point as usize] = row * self.columns + place.column as usize;
+            }
+        }
+        cells
     }
 
     /// Number of cells.
@@ -107,7 +155,7 @@ mod tests {
         let (x, y) = triangle(7);
         let lattice = Lattice::new(&x, &y, 0.2, 0.0).unwrap();
         assert_eq!((lattice.columns, lattice.rows), (7, 7));
-        for (point, cell) in lattice.cells.iter().enumerate() {
+        for (point, cell) in lattice.cells().iter().enumerate() {
             let (column, row) = (cell % 7, cell / 7);
             assert!((x[point] - (-33.9 + 0.2 * column as f64)).abs() < 1e-9);
             assert!((y[point] - (4.1 + 0.2 * row as f64)).abs() < 1e-9);
@@ -119,7 +167,7 @@ mod tests {
         let (x, y) = triangle(40);
         for degrees in [-90.0, -37.0, 1.0, 30.0, 45.0, 89.9] {
             let lattice = Lattice::new(&x, &y, 0.2, f64::to_radians(degrees)).unwrap();
-            assert_eq!(lattice.cells.len(), x.len());
+            assert_eq!(lattice.points(), x.len());
             assert_eq!(lattice.spacing_m, 0.1);
         }
     }

@@ -20,7 +20,10 @@ pub mod effective;
 pub mod factor;
 pub mod kronecker;
 pub mod lattice;
+mod noise;
 pub mod sweep;
+pub mod table;
+mod transform;
 
 use crate::campaign::{Autocorrelation, Field};
 use crate::copula::{Copula, CopulaError, Sampler};
@@ -28,11 +31,12 @@ use crate::marginal::{MarginalError, Quantile};
 use crate::seed::{self, Purpose};
 use crate::site::Property;
 use crate::spec::RandomProperty;
-use crate::special::standard_normal;
 use kronecker::Kronecker;
 use lattice::Lattice;
+use noise::Noise;
 use sweep::Sweeps;
 use thiserror::Error;
+use transform::Transform;
 
 /// A field that cannot be planned.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -128,8 +132,7 @@ pub struct FieldPlan {
     lattice: Lattice,
     correlation: Correlation,
     properties: Vec<Property>,
-    sampler: Sampler,
-    quantiles: Vec<Quantile>,
+    transform: Transform,
 }
 
 /// How white noise becomes a field.
@@ -146,10 +149,14 @@ pub struct FieldSample {
     pub values: Vec<Vec<f64>>,
 }
 
-/// Buffers of lattice size, kept from one field to the next.
+/// Buffers kept from one field to the next.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
-    cells: Vec<f64>,
+    /// A row of each property's latent field, or all its rows where Kronecker factors make them at once.
+    fields: Vec<Vec<f64>>,
+    /// The properties at a row's points.
+    pieces: Vec<Vec<f64>>,
+    row: Vec<f64>,
     transposed: Vec<f64>,
 }
 
@@ -189,8 +196,10 @@ impl FieldPlan {
             correlation: Correlation::new(field, &lattice)?,
             lattice,
             properties: random.iter().map(|r| r.property).collect(),
-            sampler,
-            quantiles: random.iter().map(quantile).collect::<Result<_, FieldError>>()?,
+            transform: Transform::new(
+                sampler,
+                &random.iter().map(quantile).collect::<Result<Vec<_>, FieldError>>()?,
+            ),
         })
     }
 
@@ -203,25 +212,15 @@ impl FieldPlan {
 
     /// As [`FieldPlan::sample`], into buffers kept from one realisation to the next.
     pub fn sample_into(&self, seed: u64, index: u64, scratch: &mut Scratch, sample: &mut FieldSample) {
-        sample.values.resize_with(self.properties.len(), Vec::new);
-        for (j, values) in sample.values.iter_mut().enumerate() {
-            self.latent_into(seed, index, j, scratch, values);
-        }
-        let mixing = self.sampler.mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
-        let mut fields: Vec<&mut [f64]> = sample.values.iter_mut().map(Vec::as_mut_slice).collect();
-        self.sampler.uniforms(&mut fields, mixing);
-        for (field, quantile) in fields.into_iter().zip(&self.quantiles) {
-            quantile.apply(field);
-        }
+        let mixing = self.transform.sampler().mixing(&mut seed::stream(seed, index, Purpose::CopulaMixing));
+        let finish = |pieces: &mut [Vec<f64>], row: &mut Vec<f64>| self.transform.apply(pieces, mixing, row);
+        self.fill(seed, index, scratch, &mut sample.values, finish);
     }
 
     /// Independent standard normal fields of realisation `index` at the points: one vector a property, in point order.
     pub fn latent(&self, seed: u64, index: u64) -> Vec<Vec<f64>> {
-        let mut scratch = Scratch::default();
-        let mut fields = vec![Vec::new(); self.properties.len()];
-        for (j, values) in fields.iter_mut().enumerate() {
-            self.latent_into(seed, index, j, &mut scratch, values);
-        }
+        let mut fields = Vec::new();
+        self.fill(seed, index, &mut Scratch::default(), &mut fields, |_, _| {});
         fields
     }
 
@@ -238,19 +237,48 @@ impl FieldPlan {
         &self.lattice
     }
 
-    /// The latent field of the `j`-th random property at the points.
-    fn latent_into(&self, seed: u64, index: u64, j: usize, scratch: &mut Scratch, values: &mut Vec<f64>) {
-        // Inversion, one draw a cell in lattice order, from a stream named by the property's place among all
-        // properties: a property more or less in the campaign leaves the noise of the others as it is.
-        let mut stream = seed::stream(seed, index, Purpose::LatentField(self.properties[j] as u32));
-        scratch.cells.clear();
-        scratch.cells.extend((0..self.lattice.size()).map(|_| standard_normal(&mut stream)));
-        match &self.correlation {
-            Correlation::Sweeps(sweeps) => sweeps.correlate(&mut scratch.cells),
-            Correlation::Kronecker(factors) => factors.correlate(&mut scratch.cells, &mut scratch.transposed),
+    /// Latent fields at the points, row by row of the lattice, so that a row is drawn, correlated and finished while it is
+    /// in the fastest cache. `finish` is given the properties at a row's points, and a buffer.
+    fn fill(
+        &self,
+        seed: u64,
+        index: u64,
+        scratch: &mut Scratch,
+        values: &mut Vec<Vec<f64>>,
+        finish: impl Fn(&mut [Vec<f64>], &mut Vec<f64>),
+    ) {
+        let Scratch { fields, pieces, row, transposed } = scratch;
+        let count = self.properties.len();
+        for buffers in [&mut *values, fields, pieces] {
+            buffers.resize_with(count, Vec::new);
         }
-        values.clear();
-        values.extend(self.lattice.cells.iter().map(|&cell| scratch.cells[cell]));
+        values.iter_mut().for_each(|values| values.resize(self.lattice.points(), 0.0));
+        let mut noises: Vec<Noise> = self.properties.iter().map(|p| Noise::new(seed, index, *p)).collect();
+        let Lattice { columns, rows, ref reach, .. } = self.lattice;
+        for (field, noise) in fields.iter_mut().zip(&mut noises) {
+            self.correlation.begin(field, transposed, &self.lattice, noise);
+        }
+        for number in 0..rows {
+            let places = self.lattice.row(number);
+            for ((field, noise), piece) in fields.iter_mut().zip(&mut noises).zip(pieces.iter_mut()) {
+                let field = match &self.correlation {
+                    Correlation::Sweeps(sweeps) => {
+                        row.resize(columns, 0.0);
+                        let (fresh, field) = (&mut row[..reach[number]], &mut field[..reach[number]]);
+                        noise.fill(number * columns, fresh);
+                        sweeps.row(number, fresh, field);
+                        &*field
+                    }
+                    Correlation::Kronecker(_) => &field[number * columns..],
+                };
+                piece.clear();
+                piece.extend(places.iter().map(|place| field[place.column as usize]));
+            }
+            finish(pieces, row);
+            for (piece, values) in pieces.iter().zip(values.iter_mut()) {
+                piece.iter().zip(places).for_each(|(value, place)| values[place.point as usize] = *value);
+            }
+        }
     }
 }
 
@@ -261,5 +289,53 @@ impl Correlation {
             Autocorrelation::SingleExponential => Correlation::Sweeps(Sweeps::new(field, spacing_m, columns)),
             _ => Correlation::Kronecker(Kronecker::new(field, spacing_m, columns, rows)?),
         })
+    }
+
+    /// Makes room in `field` for a row, or for the whole field where it is made at once, and makes it.
+    fn begin(&self, field: &mut Vec<f64>, transposed: &mut Vec<f64>, lattice: &Lattice, noise: &mut Noise) {
+        match self {
+            Correlation::Sweeps(_) => field.resize(lattice.columns, 0.0),
+            Correlation::Kronecker(factors) => {
+                field.resize(lattice.size(), 0.0);
+                for (number, row) in field.chunks_exact_mut(lattice.columns).enumerate() {
+                    noise.fill(number * lattice.columns, &mut row[..lattice.reach[number]]);
+                }
+                factors.correlate_with(field, transposed, &lattice.reach);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::marginal::{Family, Marginal};
+
+    /// A triangle leaves out what lies right of it in the upper rows; its bounding rectangle does not.
+    #[test]
+    fn cells_that_no_point_depends_on_leave_no_trace() {
+        let rectangle: Vec<(usize, usize)> = (0..20).flat_map(|row| (0..30).map(move |c| (c, row))).collect();
+        let triangle: Vec<usize> = (0..600).filter(|i| rectangle[*i].0 + rectangle[*i].1 < 30).collect();
+        let random = [RandomProperty {
+            property: Property::Cohesion,
+            marginal: Marginal { family: Family::Lognormal, p: 2.0, q: 0.3 },
+        }];
+        for autocorrelation in [Autocorrelation::SingleExponential, Autocorrelation::BinaryNoise] {
+            let field =
+                Field { autocorrelation, scale_horizontal_m: 2.0, scale_vertical_m: 1.0, rotation_rad: 0.0 };
+            let sample = |places: &[(usize, usize)]| {
+                let (x, y): (Vec<f64>, Vec<f64>) =
+                    places.iter().map(|p| (0.2 * p.0 as f64, 0.2 * p.1 as f64)).unzip();
+                let copula = Copula::Independent { dimension: 1 };
+                FieldPlan::new(&field, &random, &copula, 0.2, &x, &y)
+                    .unwrap()
+                    .sample(5, 6)
+                    .values
+                    .swap_remove(0)
+            };
+            let all = sample(&rectangle);
+            let some = sample(&triangle.iter().map(|i| rectangle[*i]).collect::<Vec<_>>());
+            assert!(triangle.iter().zip(&some).all(|(i, value)| all[*i] == *value), "{autocorrelation:?}");
+        }
     }
 }

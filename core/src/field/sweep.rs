@@ -4,7 +4,8 @@
 //! r = exp(-2 spacing / delta) and z_0 = w_0 has exactly that autocorrelation, and the map from w to z is the Cholesky
 //! factor of its matrix. The product of both directions is a Kronecker product (see [`super::kronecker`]), so that
 //! sweeping all rows and then all columns gives dense Cholesky of the whole lattice, draw for draw, cells being
-//! numbered row by row with x fastest.
+//! numbered row by row with x fastest. In this order every cell depends on cells to its left and in earlier rows only,
+//! so that each row is finished before the next one is drawn.
 
 use crate::campaign::Field;
 
@@ -43,19 +44,41 @@ impl Sweeps {
 
     /// Turns white noise in lattice order into a field, in place.
     pub fn correlate(&self, noise: &mut [f64]) {
-        for row in noise.chunks_exact_mut(self.columns) {
-            let mut last = row[0];
-            for value in &mut row[1..] {
-                last = self.x.keep * last + self.x.fresh * *value;
-                *value = last;
-            }
+        let mut last = vec![0.0; self.columns];
+        for (number, row) in noise.chunks_exact_mut(self.columns).enumerate() {
+            self.row(number, row, &mut last);
+            row.copy_from_slice(&last);
         }
-        for start in (self.columns..noise.len()).step_by(self.columns) {
-            let (above, row) = noise.split_at_mut(start);
-            let previous = &above[start - self.columns..];
-            for (value, &last) in row[..self.columns].iter_mut().zip(previous) {
-                *value = self.y.keep * last + self.y.fresh * *value;
-            }
+    }
+
+    /// Sweeps the noise of row `number`, which is used up, and turns `field`, the row before, into this row. Both may hold
+    /// fewer cells than the lattice has columns, but no more than the row before: none depends on those to its right.
+    pub(super) fn row(&self, number: usize, noise: &mut [f64], field: &mut [f64]) {
+        self.x.along(noise);
+        if number == 0 {
+            field.copy_from_slice(noise);
+        } else {
+            self.y.across(noise, field);
+        }
+    }
+}
+
+impl Step {
+    /// Sweeps a row from its first value.
+    fn along(self, row: &mut [f64]) {
+        let Some((mut last, rest)) = row.split_first().map(|(first, _)| *first).zip(row.get_mut(1..)) else {
+            return;
+        };
+        for value in rest {
+            last = self.keep * last + self.fresh * *value;
+            *value = last;
+        }
+    }
+
+    /// Sweeps from the row before, `field`, to the next.
+    fn across(self, noise: &[f64], field: &mut [f64]) {
+        for (value, &fresh) in field.iter_mut().zip(noise) {
+            *value = self.keep * *value + self.fresh * fresh;
         }
     }
 }

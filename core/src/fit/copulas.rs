@@ -245,13 +245,14 @@ fn student_t(sample: Sample, given: Given, recipe: Recipe) -> Result<Copula, Str
         Some(matrix) => matrix.clone(),
         None => correlation(sample, recipe)?,
     };
-    let best = |nu: f64| match &fixed {
+    let best = |scores: &Scores| match &fixed {
         Some(matrix) => Some(matrix.clone()),
-        None => t_correlation(&start, nu, sample.uniforms),
+        None => t_correlation(&start, scores),
     };
+    let scores = |nu: f64| Scores::student_t(nu, sample.uniforms);
     let loss = |nu: f64| {
-        let scores = Scores::student_t(nu, sample.uniforms);
-        best(nu).and_then(|r| scores.log_likelihood(&r)).map_or(f64::INFINITY, |l| -l)
+        let scores = scores(nu);
+        best(&scores).and_then(|r| scores.log_likelihood(&r)).map_or(f64::INFINITY, |l| -l)
     };
     let degrees_of_freedom = match given.degrees_of_freedom {
         Some(nu) => nu,
@@ -261,13 +262,12 @@ fn student_t(sample: Sample, given: Given, recipe: Recipe) -> Result<Copula, Str
             if at_end && x > 0.5 * (low + high) { DEGREES_OF_FREEDOM[1] } else { libm::exp(x) }
         }
     };
-    let correlation = best(degrees_of_freedom).ok_or("the ranks are perfectly dependent")?;
+    let correlation = best(&scores(degrees_of_freedom)).ok_or("the ranks are perfectly dependent")?;
     Ok(Copula::StudentT { correlation, degrees_of_freedom })
 }
 
-/// Maximum likelihood of the t copula's matrix at fixed degrees of freedom.
-fn t_correlation(start: &[Vec<f64>], nu: f64, uniforms: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-    let scores = Scores::student_t(nu, uniforms);
+/// Maximum likelihood of the t copula's matrix at the degrees of freedom of its scores.
+fn t_correlation(start: &[Vec<f64>], scores: &Scores) -> Option<Vec<Vec<f64>>> {
     best_correlation(start, |r| scores.log_likelihood(r).map_or(f64::INFINITY, |l| -l))
 }
 

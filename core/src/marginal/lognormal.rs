@@ -27,8 +27,9 @@ pub(super) fn survival(p: f64, q: f64, x: f64) -> f64 {
 }
 
 #[inline]
-pub(super) fn quantile(p: f64, q: f64, u: f64) -> f64 {
-    libm::exp(p + q * normal_quantile(u))
+pub(super) fn quantile(p: f64, q: f64, below: f64, above: f64) -> f64 {
+    let score = if below < 0.5 { normal_quantile(below) } else { -normal_quantile(above) };
+    libm::exp(p + q * score)
 }
 
 /// Mean exp(p + q^2 / 2), variance (exp(q^2) - 1) times its square.
@@ -60,7 +61,7 @@ mod tests {
     fn median_and_density_match_their_closed_forms() {
         let (p, q): (f64, f64) = (2.3, 0.5);
         let median = libm::exp(p);
-        assert!((quantile(p, q, 0.5) - median).abs() < 1e-14);
+        assert!((quantile(p, q, 0.5, 0.5) - median).abs() < 1e-14);
         assert!((survival(p, q, median) - 0.5).abs() < 1e-15);
         let density = 1.0 / (median * q * libm::sqrt(2.0 * std::f64::consts::PI));
         assert!((libm::exp(log_density(p, q, median)) - density).abs() < 1e-15);

@@ -29,27 +29,24 @@ impl Quantile {
     /// The quantile of `u` in the open interval (0, 1).
     #[inline]
     pub fn at(&self, u: f64) -> f64 {
+        self.between(u, 1.0 - u)
+    }
+
+    /// The quantile that lies above the probability `below` and under the probability `above`: both are given, since near
+    /// one end the difference of the other from one has lost its digits.
+    #[inline]
+    pub fn between(&self, below: f64, above: f64) -> f64 {
         match &self.0 {
-            Kind::TruncNormal(prepared) => prepared.quantile(u),
-            Kind::Lognormal { p, q } => lognormal::quantile(*p, *q, u),
-            Kind::TruncGumbel(prepared) => prepared.quantile(u),
-            Kind::Weibull { p, inverse_shape } => weibull::quantile(*p, *inverse_shape, u),
+            Kind::TruncNormal(prepared) => prepared.quantile(below, above),
+            Kind::Lognormal { p, q } => lognormal::quantile(*p, *q, below, above),
+            Kind::TruncGumbel(prepared) => prepared.quantile(below, above),
+            Kind::Weibull { p, inverse_shape } => weibull::quantile(*p, *inverse_shape, below, above),
         }
     }
 
     /// Replaces every uniform by its quantile.
     pub fn apply(&self, uniforms: &mut [f64]) {
-        // One match for the slice, not one a cell.
-        match &self.0 {
-            Kind::TruncNormal(prepared) => uniforms.iter_mut().for_each(|u| *u = prepared.quantile(*u)),
-            Kind::Lognormal { p, q } => {
-                uniforms.iter_mut().for_each(|u| *u = lognormal::quantile(*p, *q, *u));
-            }
-            Kind::TruncGumbel(prepared) => uniforms.iter_mut().for_each(|u| *u = prepared.quantile(*u)),
-            Kind::Weibull { p, inverse_shape } => {
-                uniforms.iter_mut().for_each(|u| *u = weibull::quantile(*p, *inverse_shape, *u));
-            }
-        }
+        uniforms.iter_mut().for_each(|u| *u = self.at(*u));
     }
 }
 

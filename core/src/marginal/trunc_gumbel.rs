@@ -48,12 +48,12 @@ impl Prepared {
     }
 
     #[inline]
-    pub(super) fn quantile(&self, u: f64) -> f64 {
+    pub(super) fn quantile(&self, below: f64, above: f64) -> f64 {
         // Minus the logarithm of the untruncated probability, from the nearer end.
-        let hazard = if self.below < 0.5 && u < 0.5 {
-            -libm::log(self.below + u * self.above)
+        let hazard = if self.below < 0.5 && below < 0.5 {
+            -libm::log(self.below + below * self.above)
         } else {
-            -libm::log1p(-(1.0 - u) * self.above)
+            -libm::log1p(-above * self.above)
         };
         (self.p - self.scale * libm::log(hazard)).max(0.0)
     }

@@ -40,11 +40,11 @@ impl Prepared {
     }
 
     #[inline]
-    pub(super) fn quantile(&self, u: f64) -> f64 {
-        let score = if self.p > 0.0 && u < 0.5 {
-            normal_quantile(self.below + u * self.above)
+    pub(super) fn quantile(&self, below: f64, above: f64) -> f64 {
+        let score = if self.p > 0.0 && below < 0.5 {
+            normal_quantile(self.below + below * self.above)
         } else {
-            -normal_quantile((1.0 - u) * self.above)
+            -normal_quantile(above * self.above)
         };
         // Rounding may end just below zero.
         (self.p + self.q * score).max(0.0)

@@ -28,8 +28,9 @@ pub(super) fn survival(p: f64, q: f64, x: f64) -> f64 {
 }
 
 #[inline]
-pub(super) fn quantile(p: f64, inverse_shape: f64, u: f64) -> f64 {
-    p * libm::pow(-libm::log1p(-u), inverse_shape)
+pub(super) fn quantile(p: f64, inverse_shape: f64, below: f64, above: f64) -> f64 {
+    let hazard = if below < 0.5 { -libm::log1p(-below) } else { -libm::log(above) };
+    p * libm::pow(hazard, inverse_shape)
 }
 
 /// Mean p Gamma(1 + 1/q), second moment p^2 Gamma(1 + 2/q).

@@ -153,7 +153,7 @@ impl Prepared {
     }
 
     /// K0: column by column from the top.
-    fn at_rest_pressure(&self, properties: &PointProperties, ratio: f64) -> InSitu {
+    pub(super) fn at_rest_pressure(&self, properties: &PointProperties, ratio: f64) -> InSitu {
         let points = &self.points;
         let model = &self.spec.model;
         let mut order: Vec<usize> = (0..points.len()).collect();

@@ -15,11 +15,13 @@ mod record;
 mod setup;
 #[cfg(test)]
 mod tests;
+mod trial;
 
 pub use analysis::{Snapshot, Source};
 pub use probe::probe;
 pub use progress::{Cancelled, Progress};
 pub use properties::PointProperties;
+pub use trial::Trial;
 
 use crate::field::{FieldError, FieldPlan};
 use crate::gimp::{Grid, Kernel};

@@ -325,7 +325,6 @@ fn random_weights_settle_to_the_stresses_of_a_whole_gravity_stage() {
         pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / scale
     };
     let (settled, mean) = (off(&settled), off(&mean));
-    println!("{settled} {mean}");
     assert!(settled < 1e-3, "{settled} of the largest stress");
     assert!(mean > 0.05, "the realisation differs from the mean by {mean} only");
 }

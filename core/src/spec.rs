@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Version of the meaning of a spec: raised whenever the same spec would give other bits.
-pub const SPEC_FORMAT: u32 = 2;
+pub const SPEC_FORMAT: u32 = 3;
 
 /// A random property with its marginal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

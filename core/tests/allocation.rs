@@ -102,14 +102,12 @@ fn assert_none(rest: Option<RestRule>) {
 }
 
 #[test]
-#[ignore = "sorting the points allocates"]
 fn steps_do_not_allocate() {
     assert_none(None);
 }
 
 /// A rule that never holds, so that every window is looked at.
 #[test]
-#[ignore = "sorting the points and the rule for rest allocate"]
 fn the_rule_for_rest_does_not_allocate() {
     assert_none(Some(RestRule {
         kinetic_energy_share: 1e-12,

@@ -246,21 +246,26 @@ impl Body {
     /// The points' positions in their original order, m.
     pub fn positions(&self) -> Vec<[f64; 2]> {
         let mut positions = vec![[0.0; 2]; self.order.len()];
+        self.write_positions(&mut positions);
+        positions
+    }
+
+    fn write_positions(&self, positions: &mut [[f64; 2]]) {
         for (place, &original) in self.order.iter().enumerate() {
             let block = &self.arena.blocks[place / 8];
             positions[original as usize] = [block.x.0[place % 8], block.y.0[place % 8]];
         }
-        positions
     }
 
-    /// What the rule for rest looks at.
-    pub(super) fn stand(&self) -> Stand {
-        let mut pressures = vec![0.0; self.order.len()];
+    /// Writes down what the rule for rest looks at.
+    pub(super) fn stand(&self, stand: &mut Stand) {
+        stand.positions.resize(self.order.len(), [0.0; 2]);
+        stand.pressures.resize(self.order.len(), 0.0);
+        self.write_positions(&mut stand.positions);
         for (place, &original) in self.order.iter().enumerate() {
             let carried = self.arena.blocks[place / 8].pressure.0[place % 8];
-            pressures[original as usize] = carried.max(-self.setup.fluid.cavitation_suction_pa);
+            stand.pressures[original as usize] = carried.max(-self.setup.fluid.cavitation_suction_pa);
         }
-        Stand { positions: self.positions(), pressures }
     }
 
     /// The points' state in their original order.

@@ -48,8 +48,36 @@ pub(super) struct RestWatch {
     window_start: f64,
     /// As it was at the start of the window.
     window_stand: Stand,
-    /// Starts (s) and net velocities (m/s) of the quiet windows that have just passed without a break.
-    quiet: Vec<(f64, f64)>,
+    /// As it is at its end; kept so that looking allocates nothing.
+    now: Stand,
+    quiet: Quiet,
+}
+
+/// The quiet windows that have just passed without a break.
+#[derive(Debug, Clone, Copy, Default)]
+struct Quiet {
+    /// Start of the first, s.
+    since_s: f64,
+    count: usize,
+    /// Net velocities of the last ones, m/s, oldest first.
+    velocities: [f64; QUIET_WINDOWS],
+}
+
+impl Quiet {
+    fn add(&mut self, start_s: f64, velocity: f64) {
+        if self.count == 0 {
+            self.since_s = start_s;
+        }
+        self.count += 1;
+        self.velocities.rotate_left(1);
+        self.velocities[QUIET_WINDOWS - 1] = velocity;
+    }
+
+    /// Whether there are enough, the later half no faster than the earlier.
+    fn holds(&self) -> bool {
+        let (earlier, later) = self.velocities.split_at(QUIET_WINDOWS / 2);
+        self.count >= QUIET_WINDOWS && later.iter().sum::<f64>() <= earlier.iter().sum()
+    }
 }
 
 impl RestWatch {
@@ -61,19 +89,20 @@ impl RestWatch {
             largest_energy: 0.0,
             quiet_since: None,
             window_start: 0.0,
+            now: stand.clone(),
             window_stand: stand,
-            quiet: Vec::new(),
+            quiet: Quiet::default(),
         }
     }
 
-    /// Takes in the kinetic energy (J per m) at `time_s`, with `left_s` to go, and how things stand where a window
+    /// Takes in the kinetic energy (J per m) at `time_s`, with `left_s` to go, and by `stand` how things stand where a window
     /// ends; if a rule has held long enough, since when.
     pub(super) fn observe(
         &mut self,
         time_s: f64,
         left_s: f64,
         kinetic_energy: f64,
-        stand: impl FnOnce() -> Stand,
+        stand: impl FnOnce(&mut Stand),
     ) -> Option<f64> {
         self.largest_energy = self.largest_energy.max(kinetic_energy);
         let failed = self.largest_energy > self.failed_energy;
@@ -88,25 +117,24 @@ impl RestWatch {
         if time_s - self.window_start < self.rule.hold_s {
             return None;
         }
-        self.end_window(time_s, left_s, stand())
+        stand(&mut self.now);
+        self.end_window(time_s, left_s)
     }
 
     /// The absolute rule, where a window ends.
-    fn end_window(&mut self, time_s: f64, left_s: f64, now: Stand) -> Option<f64> {
+    fn end_window(&mut self, time_s: f64, left_s: f64) -> Option<f64> {
+        let now = &self.now;
         let window_s = time_s - self.window_start;
         let velocity = net_velocity(&self.window_stand.positions, &now.positions, window_s);
         let change_pa = pressure_rate(&self.window_stand.pressures, &now.pressures, window_s) * left_s;
         if velocity < self.rule.velocity_m_s {
-            self.quiet.push((self.window_start, velocity));
+            self.quiet.add(self.window_start, velocity);
         } else {
-            self.quiet.clear();
+            self.quiet = Quiet::default();
         }
-        (self.window_start, self.window_stand) = (time_s, now);
-        let last = &self.quiet[self.quiet.len().saturating_sub(QUIET_WINDOWS)..];
-        let sum = |part: &[(f64, f64)]| part.iter().map(|(_, velocity)| velocity).sum::<f64>();
-        let (earlier, later) = last.split_at(last.len() / 2);
-        let quiet = last.len() == QUIET_WINDOWS && sum(later) <= sum(earlier);
-        (quiet && change_pa < self.rule.pressure_change_pa).then(|| self.quiet[0].0)
+        self.window_start = time_s;
+        std::mem::swap(&mut self.window_stand, &mut self.now);
+        (self.quiet.holds() && change_pa < self.rule.pressure_change_pa).then_some(self.quiet.since_s)
     }
 }
 
@@ -146,7 +174,7 @@ mod tests {
     #[test]
     fn a_slide_is_at_rest_half_a_second_after_its_energy_fell_below_the_share() {
         let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
-        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, || at(t, 0.0));
+        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, |stand| *stand = at(t, 0.0));
         assert_eq!(observe(1.0, 100.0), None);
         assert_eq!(observe(2.0, 0.05), None);
         assert_eq!(observe(2.2, 0.2), None, "above the share again: the wait starts anew");
@@ -158,7 +186,7 @@ mod tests {
     fn a_kick_that_dies_away_is_no_failure() {
         // 0.03 m/s at most: a thousandth of the energy is less than 1 mm/s.
         let mut watch = RestWatch::new(RULE, 2.0, at(0.0, 0.0));
-        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, || at(t, 0.0));
+        let mut observe = |t: f64, energy: f64| watch.observe(t, 10.0, energy, |stand| *stand = at(t, 0.0));
         assert_eq!(observe(0.1, 0.9e-3), None);
         assert_eq!(observe(0.2, 1e-9), None);
         assert_eq!(observe(0.9, 1e-9), None);
@@ -167,7 +195,7 @@ mod tests {
     fn rest_after(positions: &[f64]) -> Option<(usize, f64)> {
         let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
         positions.iter().enumerate().find_map(|(window, &x)| {
-            let since = watch.observe(0.5 * (window + 1) as f64, 10.0, 1.0, || at(x, 0.0));
+            let since = watch.observe(0.5 * (window + 1) as f64, 10.0, 1.0, |stand| *stand = at(x, 0.0));
             since.map(|since| (window, since))
         })
     }
@@ -189,7 +217,9 @@ mod tests {
         let mut watch = RestWatch::new(RULE, 1.0, at(0.0, 0.0));
         let rest = (1..=20).find(|&window| {
             let time = 0.5 * f64::from(window);
-            watch.observe(time, 10.0 - time, 1.0, || at(0.0, 100.0 * f64::from(window))).is_some()
+            watch
+                .observe(time, 10.0 - time, 1.0, |stand| *stand = at(0.0, 100.0 * f64::from(window)))
+                .is_some()
         });
         assert_eq!(rest, Some(16));
     }

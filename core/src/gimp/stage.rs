@@ -1,7 +1,7 @@
 //! The time loop: steps until rest, until the duration is over, or until something ends it.
 
 use super::body::Body;
-use super::rest::{RestRule, RestWatch};
+use super::rest::{RestRule, RestWatch, Stand};
 use std::ops::ControlFlow;
 
 /// How long a stage may last.
@@ -42,7 +42,11 @@ const LAST_STEP_SHARE: f64 = 1e-12;
 pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> ControlFlow<()>) -> End {
     let start = body.time_s();
     let first_step = body.steps();
-    let mut watch = limits.rest.map(|rule| RestWatch::new(rule, body.total_mass(), body.stand()));
+    let mut watch = limits.rest.map(|rule| {
+        let mut stand = Stand::default();
+        body.stand(&mut stand);
+        RestWatch::new(rule, body.total_mass(), stand)
+    });
     loop {
         let left = limits.duration_s - (body.time_s() - start);
         if left <= LAST_STEP_SHARE * limits.duration_s {
@@ -64,7 +68,7 @@ pub fn run(body: &mut Body, limits: &Limits, each: &mut dyn FnMut(&Body) -> Cont
         let time = body.time_s() - start;
         let left = limits.duration_s - time;
         let since_s =
-            watch.as_mut().and_then(|w| w.observe(time, left, report.kinetic_energy_j, || body.stand()));
+            watch.as_mut().and_then(|w| w.observe(time, left, report.kinetic_energy_j, |s| body.stand(s)));
         if let Some(since_s) = since_s {
             return End::AtRest { since_s };
         }

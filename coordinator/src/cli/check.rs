@@ -40,7 +40,7 @@ pub struct CheckArguments {
 
 /// How long steps are timed at least, and how many at least. One goes before, which finds memory and caches cold.
 const BRIEF: Duration = Duration::from_millis(5);
-const FEWEST_STEPS: usize = 4;
+const FEWEST_STEPS: usize = 5;
 
 /// How long `--measure` runs in the failure stage, and at most in all.
 const PROBE: Duration = Duration::from_millis(700);

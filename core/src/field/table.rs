@@ -139,7 +139,7 @@ impl UnitTable {
             let start = 1.0 + (index / 2 % PIECES_PER_OCTAVE) as f64 / PIECES_PER_OCTAVE as f64;
             let probability = |t: f64| {
                 let distance = octave * (start + HALF_PLACE * (1.0 + t));
-                if index % 2 == 0 { distance } else { 1.0 - distance }
+                if index.is_multiple_of(2) { distance } else { 1.0 - distance }
             };
             nodes.interpolate(|t| function.at(probability(t)), 1.0 / HALF_PLACE, least)
         };

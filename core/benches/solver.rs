@@ -5,6 +5,8 @@
 //!   both formulations and every kernel that this processor has but the slow baseline, unless named.
 //! * The same with `sizes`: the slope in developed flow with cells that give about 2,500 to 1,000,000 points; each size in
 //!   a process of its own, so that its memory is its own.
+//! * The same with `threads`: the largest two of these slopes by one thread, two, and so on to the number of cores, by the wall
+//!   clock.
 //!
 //! Timed is the thread's own processor time where the system tells it (Linux), so that a busy machine does not matter;
 //! else the wall clock.
@@ -13,10 +15,11 @@ mod common;
 
 use common::{CELL_M, flowing_slope, seconds, spec};
 use runout_core::campaign::Formulation;
-use runout_core::gimp::{Body, Kernel};
+use runout_core::gimp::{Body, Kernel, Threads};
 use runout_core::realisation::{Prepared, Progress};
 use std::hint::black_box;
 use std::process::Command;
+use std::time::Instant;
 
 /// Cells (m) of the scaling table; 0.4 m is the headline's.
 const CELLS_M: [f64; 5] = [0.8, CELL_M, 0.2, 0.1, 15.0 / 373.0];
@@ -34,7 +37,7 @@ fn main() {
     let mut formulations = vec![Formulation::OnePhase, Formulation::TwoPhase];
     let mut kernels: Vec<Kernel> =
         Kernel::available().into_iter().filter(|&k| k != Kernel::Baseline).collect();
-    let (mut sizes, mut one_size) = (false, None);
+    let (mut sizes, mut threads, mut one_size) = (false, false, None);
     for word in std::env::args().skip(1) {
         if let Some(formulation) = common::formulation(&word) {
             formulations = vec![formulation];
@@ -44,8 +47,10 @@ fn main() {
             one_size = cell.parse().ok();
         } else if word == "sizes" {
             sizes = true;
+        } else if word == "threads" {
+            threads = true;
         } else if word != "--bench" {
-            eprintln!("{word}: expected one-phase, two-phase, sizes, baseline, avx2 or avx512");
+            eprintln!("{word}: expected one-phase, two-phase, sizes, threads, baseline, avx2 or avx512");
             std::process::exit(2);
         }
     }
@@ -58,10 +63,11 @@ fn main() {
     }
     for &formulation in &formulations {
         for &kernel in &kernels {
-            match (one_size, sizes) {
-                (Some(cell_m), _) => time_size(formulation, kernel, cell_m),
-                (None, true) => each_size(formulation, kernel),
-                (None, false) => time_slide(formulation, kernel),
+            match one_size {
+                Some(cell_m) => time_size(formulation, kernel, cell_m),
+                None if sizes => each_size(formulation, kernel),
+                None if threads => time_threads(formulation, kernel),
+                None => time_slide(formulation, kernel),
             }
         }
     }
@@ -119,6 +125,33 @@ fn time_size(formulation: Formulation, kernel: Kernel, cell_m: f64) {
         1e3 / ns,
         resident.map_or("?".to_owned(), |bytes| format!("{:.0}", bytes / points as f64)),
     );
+}
+
+/// Large bodies shared by threads.
+fn time_threads(formulation: Formulation, kernel: Kernel) {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for cell_m in &CELLS_M[CELLS_M.len() - 2..] {
+        let mut body = Body::new(flowing_slope(formulation, *cell_m), kernel).expect("a sound model");
+        let points = body.setup().points.len();
+        steps(&mut body, STEPS_BEFORE);
+        let mut alone_s = f64::NAN;
+        for threads in 1..=cores {
+            let mut body = body.clone();
+            body.set_threads(Threads::new(threads).expect("threads start"));
+            let begun = Instant::now();
+            steps(black_box(&mut body), STEPS);
+            let wall_s = begun.elapsed().as_secs_f64();
+            if threads == 1 {
+                alone_s = wall_s;
+            }
+            println!(
+                "{} {:<8} {points:8} points {threads:3} threads {wall_s:6.2} s {:6.2} times as fast as one",
+                common::name(formulation),
+                kernel.name(),
+                alone_s / wall_s
+            );
+        }
+    }
 }
 
 fn steps(body: &mut Body, count: u32) {

@@ -68,6 +68,7 @@ fn falling_bank(formulation: Formulation) -> Body {
     setup.conditions.gravity_m_s2 = [0.0, -9.81];
     setup.controls.formulation = formulation;
     setup.controls.volumetric_strain = VolumetricStrain::CellAverage;
+    setup.controls.pressure_relaxation_rate_per_s = 300.0;
     setup.controls.pic_rate_per_s = 10.0;
     Body::new(setup, Kernel::best()).unwrap()
 }

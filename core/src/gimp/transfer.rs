@@ -170,26 +170,18 @@ fn add_part<R: Row>(rows: &[V8; 8], pattern: &impl Pattern, stride: usize, nodes
 
 #[inline(always)]
 fn collect_part<R: Row>(pattern: &impl Pattern, stride: usize, nodes: &[V8], rows: &mut [V8; 8]) {
-    let mut q = 0;
-    while q < 8 {
-        let base = pattern.base(q);
-        let near = load_nine::<R>(nodes, base, stride);
-        loop {
-            let y0 = pattern.along_y::<R>(0, q);
-            let y1 = pattern.along_y::<R>(1, q);
-            let y2 = pattern.along_y::<R>(2, q);
-            let column0 = near[6].mul_add(y2, near[3].mul_add(y1, near[0] * y0));
-            let column1 = near[7].mul_add(y2, near[4].mul_add(y1, near[1] * y0));
-            let column2 = near[8].mul_add(y2, near[5].mul_add(y1, near[2] * y0));
-            let x0 = pattern.along_x::<R>(0, q);
-            let x1 = pattern.along_x::<R>(1, q);
-            let x2 = pattern.along_x::<R>(2, q);
-            column2.mul_add(x2, column1.mul_add(x1, column0 * x0)).store(&mut rows[q]);
-            q += 1;
-            if q == 8 || pattern.base(q) != base {
-                break;
-            }
-        }
+    for (q, row) in rows.iter_mut().enumerate() {
+        let near = load_nine::<R>(nodes, pattern.base(q), stride);
+        let y0 = pattern.along_y::<R>(0, q);
+        let y1 = pattern.along_y::<R>(1, q);
+        let y2 = pattern.along_y::<R>(2, q);
+        let column0 = near[6].mul_add(y2, near[3].mul_add(y1, near[0] * y0));
+        let column1 = near[7].mul_add(y2, near[4].mul_add(y1, near[1] * y0));
+        let column2 = near[8].mul_add(y2, near[5].mul_add(y1, near[2] * y0));
+        let x0 = pattern.along_x::<R>(0, q);
+        let x1 = pattern.along_x::<R>(1, q);
+        let x2 = pattern.along_x::<R>(2, q);
+        column2.mul_add(x2, column1.mul_add(x1, column0 * x0)).store(row);
     }
 }
 

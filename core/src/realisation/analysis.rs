@@ -101,6 +101,7 @@ impl Prepared {
     ) -> Result<Failure, Interruption> {
         let analysis = &self.spec.model.analysis;
         let mut body = Body::new(self.failure_setup(self.failure_points(start, properties)), self.kernel)?;
+        body.set_threads(self.threads.clone());
         let rest = RestRule {
             kinetic_energy_share: analysis.rest_kinetic_energy_share,
             velocity_m_s: analysis.rest_velocity_m_s,

@@ -98,6 +98,7 @@ impl Prepared {
         let limits = Limits { duration_s, maximum_steps: u64::MAX, rest: None };
         let steps_before = progress.steps();
         let mut body = Body::new(self.gravity_setup(points), self.kernel)?;
+        body.set_threads(self.threads.clone());
         let end = gimp::run(&mut body, &limits, &mut |body| {
             progress.advance(steps_before + body.steps(), 0.0);
             if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -24,7 +24,7 @@ pub use properties::PointProperties;
 pub use trial::Trial;
 
 use crate::field::{FieldError, FieldPlan};
-use crate::gimp::{Grid, Kernel};
+use crate::gimp::{Grid, Kernel, Threads};
 use crate::outcome::Outcome;
 use crate::points::{self, Points};
 use crate::slope::{self, layers};
@@ -71,6 +71,7 @@ pub enum PrepareError {
 pub struct Prepared {
     spec: Spec,
     kernel: Kernel,
+    threads: Threads,
     grid: Grid,
     points: Points,
     /// Place of each point's material among the model's.
@@ -115,7 +116,21 @@ impl Prepared {
             )?)
         };
         let materials = layers::materials(&spec.model.layers, &points);
-        Ok(Prepared { kernel, grid, points, materials, fields, in_situ: OnceLock::new(), spec })
+        Ok(Prepared {
+            kernel,
+            threads: Threads::default(),
+            grid,
+            points,
+            materials,
+            fields,
+            in_situ: OnceLock::new(),
+            spec,
+        })
+    }
+
+    /// The same, each analysis shared by these threads; they move no outcome.
+    pub fn with_threads(self, threads: Threads) -> Prepared {
+        Prepared { threads, ..self }
     }
 
     /// The spec.

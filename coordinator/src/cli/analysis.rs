@@ -44,19 +44,20 @@ pub(super) fn watch(
     let progress = Progress::default();
     let done = AtomicBool::new(false);
     let mut observing = Duration::ZERO;
-    let begun = Instant::now();
-    let outcome: Result<Outcome, Cancelled> = std::thread::scope(|scope| {
+    let (outcome, taken): (Result<Outcome, Cancelled>, Duration) = std::thread::scope(|scope| {
         scope.spawn(|| show(&progress, prepared.spec().model.analysis.duration_s, &done));
         let mut timed = |snapshot: &Snapshot<'_>| {
             let begun = Instant::now();
             observer(snapshot);
             observing += begun.elapsed();
         };
+        let begun = Instant::now();
         let outcome = prepared.analyse(source, every_s, &mut timed, &progress);
         done.store(true, Ordering::Relaxed);
-        outcome
+        // The thread that shows the progress may sleep a little longer.
+        (outcome, begun.elapsed())
     });
-    let wall_s = (begun.elapsed() - observing).as_secs_f64();
+    let wall_s = (taken - observing).as_secs_f64();
     let outcome = outcome.map_err(|e| Failure::Work(e.to_string()))?;
     Ok(Watched { outcome, steps: progress.steps(), wall_s })
 }

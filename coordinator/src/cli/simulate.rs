@@ -7,13 +7,13 @@ use crate::load;
 use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
-use runout_core::gimp::Energy;
+use runout_core::gimp::{Energy, Threads};
 use runout_core::outcome::{Measures, Outcome};
 use runout_core::realisation::Source;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// `runout simulate CAMPAIGN (--index I | --deterministic) [--set KEY=VALUE] [--out DIR] [--every S] [--json]`
+/// `runout simulate CAMPAIGN (--index I | --deterministic) [--set KEY=VALUE] [--threads N] [--out DIR] [--every S] [--json]`
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
     /// Campaign file
@@ -29,6 +29,9 @@ pub struct SimulateArguments {
     /// Change a key of the campaign file, in TOML's syntax (repeatable): --set mesh.cell_size_m=0.8
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<Override>,
+    /// Threads that share the analysis; they move no bits, and pay from some 50,000 points on
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: u16,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -79,7 +82,9 @@ struct Document<'a> {
 
 pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
     let loaded = load::load_with(&arguments.campaign, &arguments.set)?;
-    let prepared = prepare(&loaded.spec)?;
+    let threads = Threads::new(usize::from(arguments.threads))
+        .map_err(|e| Failure::Work(format!("cannot start {} threads: {e}", arguments.threads)))?;
+    let prepared = prepare(&loaded.spec)?.with_threads(threads);
     let source = arguments.source.source();
     let what = match source {
         Source::Index(index) => format!("{}, realisation {index}", loaded.campaign.name),

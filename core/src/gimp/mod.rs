@@ -2,15 +2,16 @@
 //!
 //! One step, as [`Body::step`] takes it:
 //!
-//! 1. `scatter`: masses, momenta and internal forces from the points to the nodes (`shape`).
-//! 2. `momentum`, with `contact`: accelerations with implicit drag, damping and boundary conditions.
+//! 1. `scatter`: masses, momenta and internal forces from the points to the nodes (`shape`, `transfer`).
+//! 2. `momentum`, with `balance` and `contact`: accelerations with implicit drag, damping and boundary conditions.
 //! 3. `gather`: velocities and moves of the points, and their momenta back to the nodes (MUSL).
 //! 4. `strain`: velocity gradients from the second set of nodal velocities; means over cells.
 //! 5. `update`, with `soil` and `water`: stress, strength and pore pressure; then the points move.
 //!
 //! `stage` is the time loop, `rest` the rules that end it, `time_step` the critical step. The points lie in blocks
-//! of eight (`block`), sorted by cell (`sort`); the step is compiled for three kinds of processor (`kernel`)
-//! from one source (`advance`, `lanes`), all with the same bits, each without and with its options. One analysis runs in one thread.
+//! of eight (`block`), sorted by the nearest node (`sort`). `advance` takes the step's phases (`phase`) over the parts
+//! into which `plan` cuts points and nodes (`window`), one after the other or side by side in `threads`; the phases are compiled for
+//! three kinds of processor (`kernel`, `lanes`), each without and with the options. Neither moves a bit.
 //!
 //! `loads` adds what acts on single points (free water, held water, external forces), `energy` keeps the balance of energy.
 //!

@@ -32,12 +32,12 @@ impl Sorter {
     pub(super) fn sort(&mut self, arena: &mut Arena, order: &mut Vec<u32>) {
         let count = order.len();
         self.find_places(arena, count);
-        for from in 0..count {
+        for (from, &original) in order.iter().enumerate() {
             let place = &mut self.places[self.nearest[from] as usize];
             let to = *place as usize;
             *place += 1;
             self.blocks[to / 8].copy_point(to % 8, &arena.blocks[from / 8], from % 8);
-            self.order[to] = order[from];
+            self.order[to] = original;
             if let Some(extra) = self.extras.get_mut(to / 8) {
                 extra.copy_point(to % 8, &arena.extras[from / 8], from % 8);
             }

@@ -201,7 +201,13 @@ impl Nodes {
     fn interpolate(&self, value: impl Fn(f64) -> f64, per_place: f64, least: f64) -> Piece {
         let values = self.at.map(&value);
         let coefficient = |weights: &[f64; TERMS]| weights.iter().zip(&values).map(|(w, v)| w * v).sum();
-        let mut piece = powers(&self.weights.each_ref().map(coefficient));
+        // What does not vary is kept exactly: a field without variation has the bits of homogeneous ground.
+        let constant = values.iter().all(|v| *v == values[0]);
+        let mut piece = if constant {
+            [values[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        } else {
+            powers(&self.weights.each_ref().map(coefficient))
+        };
         let mut scale = 1.0;
         for coefficient in &mut piece {
             *coefficient *= scale;

@@ -1,10 +1,12 @@
 //! Whole slopes: the onset of failure against limit analysis (B12), invariance of the outcome's bits, and what ends an
 //! analysis.
 
+#[path = "../benches/common/mod.rs"]
+mod common;
+
 use runout_core::campaign::{
-    Analysis, Autocorrelation, Contact, Field, Formulation, GroundSurface, InitialPorePressure,
-    InitialStress, Mesh, Model, PointDomain, RunoutMeasure, Sample, Slope, Soil, Surface, VelocityFilter,
-    VolumetricStrain, Water, WaterAboveTable, WaterTable,
+    Formulation, GroundSurface, InitialPorePressure, Model, Surface, VolumetricStrain, WaterAboveTable,
+    WaterTable,
 };
 use runout_core::copula::Copula;
 use runout_core::gimp::Kernel;
@@ -12,86 +14,25 @@ use runout_core::marginal::{Family, Marginal};
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{Prepared, Progress, Source};
 use runout_core::site::Property;
-use runout_core::spec::{RandomProperty, SPEC_FORMAT, Spec};
+use runout_core::spec::{RandomProperty, Spec};
 
 /// A 45 degree slope of the paper's constants without random properties: one phase, B-bar, a little PIC.
 fn model(height_m: f64, cell_size_m: f64, cohesion_kpa: f64, friction_angle_deg: f64) -> Model {
-    Model {
-        field: Field {
-            autocorrelation: Autocorrelation::SingleExponential,
-            scale_horizontal_m: 2.0,
-            scale_vertical_m: 2.0,
-            rotation_rad: 0.0,
-        },
-        slope: Slope {
-            surface: Surface::Uniform {
-                height_m,
-                angle_rad: std::f64::consts::FRAC_PI_4,
-                crest_width_m: 1.3 * height_m,
-            },
-            foundation_depth_m: 0.0,
-            runout_plain_m: 2.0 * height_m,
-            base: Contact::Fixed,
-        },
-        obstacles: Vec::new(),
-        mesh: Mesh { cell_size_m, points_per_cell_side: 2 },
-        soil: Soil {
-            youngs_modulus_pa: 100e6,
-            poissons_ratio: 0.35,
-            cohesion_pa: Some(cohesion_kpa * 1e3),
-            friction_angle_rad: Some(friction_angle_deg.to_radians()),
-            unit_weight_n_m3: Some(20e3),
-            dilation_angle_rad: 0.0,
-            tension_cutoff_pa: None,
-            softening: None,
-            porosity: 0.3,
-            permeability_m_s: 1e-4,
-        },
-        layers: Vec::new(),
-        water: Water {
-            density_kg_m3: 1000.0,
-            bulk_modulus_pa: 4e8,
-            initial_pore_pressure: InitialPorePressure::None,
-            free_water_level_m: None,
-            above_table: WaterAboveTable::Held,
-            ground_surface: GroundSurface::Drained,
-            cavitation_suction_pa: 100e3,
-        },
-        analysis: Analysis {
-            formulation: Formulation::OnePhase,
-            gravity_m_s2: 9.81,
-            courant_number: 0.8,
-            volumetric_strain: VolumetricStrain::CellAverage,
-            pressure_relaxation_rate_per_s: 300.0,
-            pic_rate_per_s: 4.4,
-            velocity_filter: VelocityFilter::Pic,
-            local_damping: 0.0,
-            damping_rate_per_s: 0.0,
-            point_domain: PointDomain::Uniform,
-            initial_stress: InitialStress::Gravity,
-            gravity_stage_damping: 0.7,
-            gravity_stage_s: 1.5,
-            duration_s: 10.0,
-            stop_at_rest: true,
-            rest_kinetic_energy_share: 1e-3,
-            rest_velocity_m_s: 1e-3,
-            rest_hold_s: 0.5,
-            rest_pore_pressure_change_pa: 500.0,
-            energy_drift_limit: 0.05,
-        },
-        sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1 },
-        maximum_steps: 1_000_000,
-    }
+    let mut model = common::spec(Formulation::OnePhase).model;
+    model.slope.surface =
+        Surface::Uniform { height_m, angle_rad: std::f64::consts::FRAC_PI_4, crest_width_m: 1.3 * height_m };
+    model.slope.runout_plain_m = 2.0 * height_m;
+    model.mesh.cell_size_m = cell_size_m;
+    model.soil.cohesion_pa = Some(cohesion_kpa * 1e3);
+    model.soil.friction_angle_rad = Some(friction_angle_deg.to_radians());
+    model.water.above_table = WaterAboveTable::Held;
+    model.analysis.duration_s = 10.0;
+    model.analysis.stop_at_rest = true;
+    model
 }
 
 fn homogeneous(model: Model) -> Spec {
-    Spec {
-        format: SPEC_FORMAT,
-        seed: 1,
-        random: Vec::new(),
-        copula: Copula::Independent { dimension: 0 },
-        model,
-    }
+    Spec { model, ..common::spec(Formulation::OnePhase) }
 }
 
 fn run(spec: Spec, kernel: Kernel) -> Outcome {

@@ -1,4 +1,4 @@
-//! What the benches share: the paper's first slope, as a spec and as a body that already flows, and the clock.
+//! What benches and tests share: the paper's first slope, as a spec and as a body that already flows, and the clock.
 
 #![allow(unreachable_pub, dead_code)]
 

@@ -9,7 +9,7 @@
 //! gain: the two are second order in the step and are not told apart.)
 
 use super::advance::{Arena, StepReport};
-use super::lanes::{Baseline, Lanes, V8};
+use super::lanes::{Baseline, Lanes, V8, numbers};
 use super::setup::Fluid;
 use super::water;
 use serde::{Deserialize, Serialize};
@@ -103,7 +103,7 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
     let mut sum = Stored::default();
     let load = |v: &V8| Baseline::load(v);
     for (i, block) in arena.blocks.iter().enumerate() {
-        let porosity = lanes_of(water::porosity(load(&block.volume), load(&block.grains)));
+        let porosity = numbers(water::porosity(load(&block.volume), load(&block.grains)));
         let live = if i + 1 == arena.blocks.len() { arena.live_in_last } else { 8 };
         for (q, &porosity) in porosity[..live].iter().enumerate() {
             let at = |v: &V8| v.0[q];
@@ -128,10 +128,4 @@ pub(super) fn stored(arena: &Arena, fluid: &Fluid, two: bool) -> Stored {
         }
     }
     sum
-}
-
-fn lanes_of(lanes: Baseline) -> [f64; 8] {
-    let mut v = V8::ZERO;
-    lanes.store(&mut v);
-    v.0
 }

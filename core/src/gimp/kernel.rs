@@ -83,31 +83,28 @@ pub(super) struct Build {
     pub(super) extra: bool,
 }
 
+/// Calls `$of` of the module `$kernel` in the build's form.
+macro_rules! form {
+    ($build:expr, $kernel:ident, $of:ident, $arguments:tt) => {
+        match ($build.two, $build.extra) {
+            (false, false) => $kernel::$of::<false, false> $arguments,
+            (false, true) => $kernel::$of::<false, true> $arguments,
+            (true, false) => $kernel::$of::<true, false> $arguments,
+            (true, true) => $kernel::$of::<true, true> $arguments,
+        }
+    };
+}
+
 /// Calls `$of` compiled for the build's kernel.
 macro_rules! dispatch {
-    ($build:expr, $of:ident, $($argument:expr),*) => {
-        match ($build.kernel, $build.two, $build.extra) {
+    ($build:expr, $of:ident, $arguments:tt) => {
+        match $build.kernel {
             // SAFETY: `or_best` has checked that the processor has the features.
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx512, false, false) => unsafe { avx512::$of::<false, false>($($argument),*) },
+            Kernel::Avx512 => unsafe { form!($build, avx512, $of, $arguments) },
             #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx512, false, true) => unsafe { avx512::$of::<false, true>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx512, true, false) => unsafe { avx512::$of::<true, false>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx512, true, true) => unsafe { avx512::$of::<true, true>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx2, false, false) => unsafe { avx2::$of::<false, false>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx2, false, true) => unsafe { avx2::$of::<false, true>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx2, true, false) => unsafe { avx2::$of::<true, false>($($argument),*) },
-            #[cfg(target_arch = "x86_64")]
-            (Kernel::Avx2, true, true) => unsafe { avx2::$of::<true, true>($($argument),*) },
-            (_, false, false) => phase::$of::<Baseline, false, false>($($argument),*),
-            (_, false, true) => phase::$of::<Baseline, false, true>($($argument),*),
-            (_, true, false) => phase::$of::<Baseline, true, false>($($argument),*),
-            (_, true, true) => phase::$of::<Baseline, true, true>($($argument),*),
+            Kernel::Avx2 => unsafe { form!($build, avx2, $of, $arguments) },
+            _ => form!($build, baseline, $of, $arguments),
         }
     };
 }
@@ -123,7 +120,7 @@ impl Build {
         points: Points<'_>,
         nodes: &mut Window<'_>,
     ) -> Tally {
-        dispatch!(self, at_points, phase, grid, step, rows, points, nodes)
+        dispatch!(self, at_points, (phase, grid, step, rows, points, nodes))
     }
 
     /// See [`phase::at_nodes`].
@@ -134,18 +131,17 @@ impl Build {
         spans: &[Range<usize>],
         nodes: &mut Window<'_>,
     ) -> Tally {
-        dispatch!(self, at_nodes, phase, step, spans, nodes)
+        dispatch!(self, at_nodes, (phase, step, spans, nodes))
     }
 }
 
-/// The phases compiled for processors with these features.
-#[cfg(target_arch = "x86_64")]
+/// The phases compiled for processors with these features, if any.
 macro_rules! compiled {
-    ($name:ident, $lanes:ty, $features:literal) => {
+    ($name:ident, $lanes:ty $(, $features:literal)?) => {
         mod $name {
             use super::*;
 
-            #[target_feature(enable = $features)]
+            $(#[target_feature(enable = $features)])?
             pub(super) fn at_points<const TWO: bool, const EXTRA: bool>(
                 phase: Phase,
                 grid: &Grid,
@@ -157,7 +153,7 @@ macro_rules! compiled {
                 phase::at_points::<$lanes, TWO, EXTRA>(phase, grid, step, rows, points, nodes)
             }
 
-            #[target_feature(enable = $features)]
+            $(#[target_feature(enable = $features)])?
             pub(super) fn at_nodes<const TWO: bool, const EXTRA: bool>(
                 phase: Phase,
                 step: &Step,
@@ -174,3 +170,4 @@ macro_rules! compiled {
 compiled!(avx512, Avx512, "avx512f,avx512dq,avx512vl,avx2,fma,bmi2");
 #[cfg(target_arch = "x86_64")]
 compiled!(avx2, Avx2, "avx2,fma");
+compiled!(baseline, Baseline);

@@ -4,7 +4,7 @@ use super::advance::Step;
 use super::block::Block;
 use super::gather::{self, Blend, Motion};
 use super::grid::{Grid, GridLanes};
-use super::lanes::{Lanes, V8};
+use super::lanes::{Lanes, numbers};
 use super::momentum::{self, NodeWork};
 use super::scatter::{self, PoreFluid};
 use super::strain;
@@ -226,13 +226,6 @@ pub(super) fn rest_padding(last: &mut Block, live: usize) {
             quantity.0[lane] = 0.0;
         }
     }
-}
-
-#[inline(always)]
-fn numbers<S: Lanes>(lanes: S) -> [f64; 8] {
-    let mut row = V8::ZERO;
-    lanes.store(&mut row);
-    row.0
 }
 
 #[inline(always)]

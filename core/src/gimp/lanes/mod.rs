@@ -67,6 +67,14 @@ pub(super) trait Lanes:
     fn indices(self) -> [usize; 8];
 }
 
+/// The numbers, lane by lane.
+#[inline(always)]
+pub(super) fn numbers<S: Lanes>(lanes: S) -> [f64; 8] {
+    let mut row = V8::ZERO;
+    lanes.store(&mut row);
+    row.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

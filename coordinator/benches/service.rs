@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Workers that lease and report at the same time.
-const WORKERS: [usize; 3] = [1, 8, 64];
+const WORKERS: [usize; 4] = [1, 8, 64, 1000];
 /// Outcomes in the run directory that is read.
 const OUTCOMES: u64 = 1000;
 

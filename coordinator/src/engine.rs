@@ -9,9 +9,10 @@ use crate::queue::{
 };
 use crate::store::Contents;
 use crate::store::log::{Entry, Record};
+use crate::store::wire::Gist;
 use runout_core::estimate::{Decision, Estimator};
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// What became of a report.
@@ -50,7 +51,8 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Continues from what the store holds (nothing, for a new campaign).
+    /// Continues from what the store holds (nothing, for a new campaign), with an estimator that has folded none of
+    /// it yet, or a part of its prefix.
     pub fn new(settings: Settings, estimator: Estimator, contents: &Contents, session: u32) -> Engine {
         let mut engine = Engine {
             queue: Queue::new(settings, session),
@@ -59,12 +61,15 @@ impl Engine {
             conflicts: contents.conflicts.len() as u64,
             audits_agreed: contents.audited.len() as u64,
         };
-        for (index, record) in &contents.records {
-            let outcome = &record.outcome;
-            let audited = contents.audited.contains(index)
-                || contents.conflicts.iter().any(|c| c.outcome.index == *index);
-            engine.queue.restore_recorded(done(record), audited);
-            engine.waiting.insert(*index, outcome.clone());
+        let contradicted: BTreeSet<u64> = contents.conflicts.iter().map(|c| c.index).collect();
+        for record in &contents.records {
+            let index = record.index;
+            let audited = contents.audited.contains(&index) || contradicted.contains(&index);
+            engine.queue.restore_recorded(done_before(record, &record.digest_text()), audited);
+            if index >= engine.estimator.next_index() {
+                engine.waiting.insert(index, record.to_fold());
+            }
+            engine.fold_waiting();
         }
         for (index, attempts) in &contents.attempts {
             engine.queue.restore_attempts(*index, *attempts);
@@ -209,6 +214,8 @@ impl Engine {
         match entry {
             Entry::Conflict(_) => self.conflicts += 1,
             Entry::Audit { .. } => self.audits_agreed += 1,
+            // Written by `runout retry`, while no coordinator works on the directory.
+            Entry::Withdrawn { .. } => {}
             Entry::Outcome(record) => {
                 self.queue.stored(done(record));
                 self.waiting.insert(record.outcome.index, record.outcome.clone());
@@ -218,14 +225,30 @@ impl Engine {
     }
 
     fn fold(&mut self) {
+        self.fold_waiting();
+        if self.is_over() {
+            self.queue.finish(self.estimator.realisations());
+        }
+    }
+
+    fn fold_waiting(&mut self) {
         while !self.is_over()
             && let Some(outcome) = self.waiting.remove(&self.estimator.next_index())
         {
             self.estimator.push(&outcome).expect("the outcome is the next one");
         }
-        if self.is_over() {
-            self.queue.finish(self.estimator.realisations());
-        }
+    }
+}
+
+/// A record of an earlier session as the queue sees it.
+fn done_before<'a>(record: &'a Gist, digest: &'a str) -> Done<'a> {
+    Done {
+        index: record.index,
+        digest,
+        worker: &record.worker,
+        attempt: record.attempt,
+        wall_s: record.wall_s,
+        poison: record.reason == Reason::Poison,
     }
 }
 

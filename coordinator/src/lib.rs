@@ -3,9 +3,10 @@
 //! In the order of the data's way:
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
-//! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
-//! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
+//! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
+//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
+//!    [`verify`] checks.
+//! 3. [`outcomes`] is the table of results; [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
@@ -16,6 +17,8 @@ pub mod advice;
 
 pub mod difference;
 pub mod engine;
+pub mod events;
+pub mod history;
 pub mod local;
 pub mod progress;
 pub mod queue;
@@ -24,10 +27,12 @@ pub mod serve;
 pub mod service;
 pub mod status;
 pub mod store;
+pub mod verify;
 pub mod writer;
 
 pub mod fit_tables;
 pub mod gallery;
+pub mod outcomes;
 pub mod picture;
 pub mod report;
 pub mod table;

@@ -5,8 +5,8 @@
 //! `spec.json` is written last, so that a directory with it is complete.
 
 use crate::difference;
-use crate::store::log::{self, Record};
-use crate::store::{self, LOG_FILE, write_atomically};
+use crate::store::log::Record;
+use crate::store::{self, LOG_FILE, Withdrawal, write_atomically};
 use runout_core::spec::{Spec, SpecError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -114,16 +114,7 @@ impl RunDirectory {
         if !path.join(SPEC_FILE).exists() {
             refuse_unless_empty(path)?;
         }
-        let lock = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(path.join(LOCK_FILE))
-            .map_err(|e| file(LOCK_FILE, e))?;
-        lock.try_lock().map_err(|e| match e {
-            TryLockError::WouldBlock => RunDirectoryError::Busy(path.to_owned()),
-            TryLockError::Error(error) => file(LOCK_FILE, error),
-        })?;
+        let lock = lock(path)?;
 
         let resumed = path.join(SPEC_FILE).exists();
         if resumed {
@@ -186,6 +177,79 @@ impl Drop for RunDirectory {
     }
 }
 
+/// Takes the lock of the run directory at `path`: no coordinator works on it until the file is dropped.
+///
+/// # Errors
+/// A coordinator works on it, or the system refuses.
+pub fn lock(path: &Path) -> Result<File, RunDirectoryError> {
+    let file = |error| RunDirectoryError::File { path: path.join(LOCK_FILE), error };
+    let lock = File::options().create(true).truncate(false).write(true).open(path.join(LOCK_FILE));
+    let lock = lock.map_err(file)?;
+    lock.try_lock().map_err(|e| match e {
+        TryLockError::WouldBlock => RunDirectoryError::Busy(path.to_owned()),
+        TryLockError::Error(error) => file(error),
+    })?;
+    Ok(lock)
+}
+
+/// Keeps coordinators away from the directory at `path` until the returned file is dropped, without writing to it; none
+/// if there never was one.
+///
+/// # Errors
+/// A coordinator works on it, or the system refuses.
+pub fn lock_for_reading(path: &Path) -> Result<Option<File>, RunDirectoryError> {
+    let file = |error| RunDirectoryError::File { path: path.join(LOCK_FILE), error };
+    let lock = match File::open(path.join(LOCK_FILE)) {
+        Ok(lock) => lock,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(file(e)),
+    };
+    match lock.try_lock_shared() {
+        Ok(()) => Ok(Some(lock)),
+        Err(TryLockError::WouldBlock) => Err(RunDirectoryError::Busy(path.to_owned())),
+        Err(TryLockError::Error(error)) => Err(file(error)),
+    }
+}
+
+/// A run directory without its outcomes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// The frozen spec.
+    pub spec: Spec,
+    /// Text of the campaign file.
+    pub campaign_text: String,
+    /// Text of the site data, if the campaign has any.
+    pub site_text: Option<String>,
+    /// Text of the surface profile, if the campaign has one.
+    pub profile_text: Option<String>,
+    /// Where the coordinator listens, or listened when it was killed.
+    pub address: Option<String>,
+}
+
+/// Whether `path` looks like a run directory, however damaged.
+pub fn is_one(path: &Path) -> bool {
+    path.join(SPEC_FILE).is_file()
+}
+
+/// Reads a run directory but for its outcomes, without locks, whether or not a coordinator works on it.
+///
+/// # Errors
+/// It holds no campaign, or files that cannot be read.
+pub fn read_frame(path: &Path) -> Result<Frame, RunDirectoryError> {
+    let text = |name: &str| {
+        fs::read_to_string(path.join(name))
+            .map_err(|error| RunDirectoryError::File { path: path.join(name), error })
+    };
+    let if_there = |name: &str| path.join(name).exists().then(|| text(name)).transpose();
+    Ok(Frame {
+        spec: read_spec(path)?,
+        campaign_text: text(CAMPAIGN_FILE)?,
+        site_text: if_there(SITE_FILE)?,
+        profile_text: if_there(PROFILE_FILE)?,
+        address: fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned()),
+    })
+}
+
 /// What a reader sees of a run directory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunView {
@@ -203,6 +267,8 @@ pub struct RunView {
     pub conflicts: Vec<Record>,
     /// Indices that were run twice with equal results.
     pub audited: BTreeSet<u64>,
+    /// Outcomes that were withdrawn, so that their realisations are run again.
+    pub withdrawn: Vec<Withdrawal>,
     /// What is damaged, in words.
     pub damage: Vec<String>,
     /// Where the coordinator listens, or listened when it was killed.
@@ -214,28 +280,21 @@ pub struct RunView {
 /// # Errors
 /// It holds no campaign, or files that cannot be read.
 pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
-    let text = |name: &str| {
-        fs::read_to_string(path.join(name))
-            .map_err(|error| RunDirectoryError::File { path: path.join(name), error })
-    };
-    let if_there = |name: &str| path.join(name).exists().then(|| text(name)).transpose();
-    let spec = read_spec(path)?;
-    let bytes = match fs::read(path.join(LOG_FILE)) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
-        other => other.map_err(|error| RunDirectoryError::File { path: path.join(LOG_FILE), error })?,
-    };
-    let log = log::parse(&bytes);
-    let contents = store::collect(log.entries);
+    let Frame { spec, campaign_text, site_text, profile_text, address } = read_frame(path)?;
+    let log = path.join(LOG_FILE);
+    let (contents, scan) =
+        store::read_log::<Record>(&log).map_err(|error| RunDirectoryError::File { path: log, error })?;
     Ok(RunView {
         spec,
-        campaign_text: text(CAMPAIGN_FILE)?,
-        site_text: if_there(SITE_FILE)?,
-        profile_text: if_there(PROFILE_FILE)?,
-        records: contents.records.into_values().collect(),
+        campaign_text,
+        site_text,
+        profile_text,
+        records: contents.records,
         conflicts: contents.conflicts,
         audited: contents.audited,
-        damage: log.damage,
-        address: fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned()),
+        withdrawn: contents.withdrawn,
+        damage: scan.into_damage(),
+        address,
     })
 }
 

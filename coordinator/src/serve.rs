@@ -4,15 +4,16 @@
 //! over, somebody interrupts, or the store fails.
 
 use crate::engine::Engine;
+use crate::events::What;
 use crate::load::Loaded;
 use crate::progress;
 use crate::queue::Settings;
 use crate::run_directory::{Contents, RunDirectory, RunDirectoryError};
 use crate::service::{Service, Shared};
-use crate::status::{State, Status};
+use crate::status::tally::{Keeper, Tally};
+use crate::status::{State, Status, cache};
 use crate::store::{Store, StoreError};
 use crate::writer::Writer;
-use runout_core::estimate::Estimator;
 use runout_proto::MESSAGE_LIMIT_BYTES;
 use runout_proto::identity::{self, KernelError};
 use runout_proto::v1::coordinator_server::CoordinatorServer;
@@ -113,6 +114,17 @@ pub struct Coordinator {
     store: JoinHandle<()>,
 }
 
+impl Coordinator {
+    /// Lets go of everything without serving; the store is closed when this returns.
+    pub fn close(self) {
+        let Coordinator { directory, shared, store } = self;
+        drop(shared);
+        // A thread that has panicked has closed the store as well.
+        let _ = store.join();
+        drop(directory);
+    }
+}
+
 /// Opens or continues the campaign in the run directory `out`. Blocks while files are read.
 ///
 /// # Errors
@@ -135,14 +147,17 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
         Settings::new(campaign.seed, campaign.run.audit_fraction, campaign.stop.maximum_realisations);
     settings.heartbeat = options.heartbeat;
     settings.shortest_hang = options.hang;
-    let estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
     // Two coordinator processes must not give out the same worker ids; any unpredictable number will do.
     let session = RandomState::new().hash_one(std::process::id()) as u32;
-    let engine = Engine::new(settings, estimator, &stored, session);
+    let tally = Tally::of(&campaign, &stored);
+    let engine = Engine::new(settings, tally.estimator().clone(), &stored, session);
+    let keeper = Keeper::new(tally, cache::key_of(&loaded.spec.digest(), &loaded.campaign_text));
     if directory.resumed() {
         tracing::info!("resuming with {} outcomes", stored.records.len());
     }
-    let (writer, store) = Writer::start(store)?;
+    let (writer, store) = Writer::start_keeping(store, Some(keeper))?;
+    writer.note(What::Started { build: identity::build(), outcomes: stored.records.len() as u64 });
+    drop(stored);
     let spec_json = loaded.spec.to_json();
     let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), fingerprint, engine, writer);
     Ok(Coordinator { directory, shared: Arc::new(shared), store })

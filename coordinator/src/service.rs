@@ -4,6 +4,7 @@
 //! so that a client that hangs up in the middle leaves nothing half done.
 
 use crate::engine::{Engine, Step, Verdict, poison};
+use crate::events::What;
 use crate::queue::{Attempts, Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
 use crate::status::{self, Status};
 use crate::store::log::Entry;
@@ -88,12 +89,16 @@ impl Shared {
     pub fn handle(self: &Arc<Self>, events: Vec<Event>) {
         for event in events {
             match event {
-                Event::WorkerLost { name } => tracing::warn!("worker {name} is lost"),
+                Event::WorkerLost { name } => {
+                    tracing::warn!("worker {name} is lost");
+                    self.writer.note(What::WorkerLost { worker: name });
+                }
                 Event::Hung { index } => {
                     tracing::warn!("realisation {index} takes no more steps: its worker is told to end it");
                 }
                 Event::Poisoned { index } => {
                     tracing::error!("realisation {index} took several workers down: recorded as poison");
+                    self.writer.note(What::Poisoned { index });
                     let shared = Arc::clone(self);
                     tokio::spawn(async move { shared.store(poison(index)).await });
                 }
@@ -106,6 +111,7 @@ impl Shared {
     async fn store(self: Arc<Self>, entry: Entry) -> Result<(), tonic::Status> {
         self.writer.write(Job::Entry(Box::new(entry.clone()))).await?;
         self.engine().stored(&entry);
+        self.writer.note(What::from(&entry));
         self.changed.notify_waiters();
         Ok(())
     }
@@ -121,6 +127,18 @@ impl Service {
     /// A service for what is shared.
     pub fn new(shared: Arc<Shared>) -> Service {
         Service { shared }
+    }
+
+    /// Notes something that a worker has done, by its name.
+    fn note(&self, worker: u64, what: impl FnOnce(String) -> What) {
+        let named = |engine: &Engine| {
+            engine.queue().workers().find(|(id, _)| *id == worker).map(|(_, known)| known.name.clone())
+        };
+        let name = named(&self.shared.engine());
+        // One that has just left has no name any more, and nothing to say.
+        if let Some(name) = name {
+            self.shared.writer.note(what(name));
+        }
     }
 
     async fn lease_now(&self, worker: u64) -> Result<Option<v1::LeaseReply>, tonic::Status> {
@@ -143,6 +161,8 @@ impl Service {
             }
             LeaseAnswer::Assigned(lease) => {
                 self.shared.writer.write(Job::Attempts(lease.index, attempts)).await?;
+                let Lease { index, attempt } = lease;
+                self.note(worker, |worker| What::Leased { index, attempt, worker });
                 reply(v1::lease_reply::Kind::Assigned, Some(encode_lease(lease)))
             }
         }
@@ -170,6 +190,7 @@ impl Coordinator for Service {
             (id, engine.queue().settings().clone())
         };
         tracing::info!("worker {name} registered with {slots} slots");
+        self.shared.writer.note(What::Registered { worker: name, slots, held: held.len() as u64 });
         self.shared.changed.notify_waiters();
         Ok(Response::new(v1::RegisterReply {
             worker_id,
@@ -209,6 +230,11 @@ impl Coordinator for Service {
         let held = decode_progress(&request.running)?;
         let (order, cancel, events) =
             self.shared.engine().heartbeat(request.worker_id, &held, self.shared.now()).map_err(unknown)?;
+        for event in &events {
+            if let Event::Hung { index } = *event {
+                self.note(request.worker_id, |worker| What::Hung { index, worker });
+            }
+        }
         self.shared.handle(events);
         let order = match order {
             Order::Continue => v1::heartbeat_reply::Order::Continue,
@@ -229,14 +255,20 @@ impl Coordinator for Service {
         }
         let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
         let wall_s = convert::non_negative("wall_s", request.wall_s).map_err(invalid)?;
-        let index = outcome.index;
+        let (index, attempt) = (outcome.index, request.attempt);
         let step = self
             .shared
             .engine()
             .report(request.worker_id, request.attempt, outcome, wall_s, self.shared.now())
             .map_err(unknown)?;
         let verdict = match step {
-            Step::Answer(verdict) => verdict,
+            Step::Answer(verdict) => {
+                self.note(request.worker_id, |worker| match verdict {
+                    Verdict::NotWanted => What::NotWanted { index, attempt, worker },
+                    _ => What::Duplicate { index, attempt, worker },
+                });
+                verdict
+            }
             Step::Busy => return Err(tonic::Status::unavailable("the outcome is being stored: ask again")),
             Step::Store(entry, verdict) => {
                 let stored = tokio::spawn(Arc::clone(&self.shared).store(*entry));
@@ -265,9 +297,17 @@ impl Coordinator for Service {
     ) -> Result<Response<v1::ReleaseReply>, tonic::Status> {
         let request = request.into_inner();
         let leases = decode_leases(&request.leases)?;
-        if let Some(error) = &request.error {
+        let error = request.error.as_ref().map(|error| {
             let error: String = error.chars().take(500).flat_map(char::escape_default).collect();
             tracing::error!("a realisation broke ({leases:?}): {error}");
+            error
+        });
+        for Lease { index, attempt } in leases.iter().copied() {
+            let error = error.clone();
+            self.note(request.worker_id, |worker| What::Released { index, attempt, worker, error });
+        }
+        if request.leaving {
+            self.note(request.worker_id, |worker| What::Left { worker });
         }
         let events = self
             .shared

@@ -2,7 +2,9 @@
 //!
 //! The first failure is final: nothing is acknowledged any more, and the coordinator ends and says why.
 
+use crate::events::{Events, What};
 use crate::queue::Attempts;
+use crate::status::tally::Keeper;
 use crate::store::Store;
 use crate::store::log::Entry;
 use std::thread::{self, JoinHandle};
@@ -28,6 +30,7 @@ type Waiting = (Job, oneshot::Sender<()>);
 #[derive(Debug)]
 pub struct Writer {
     jobs: mpsc::Sender<Waiting>,
+    events: Events,
     failure: watch::Receiver<Option<String>>,
 }
 
@@ -37,12 +40,21 @@ impl Writer {
     /// # Errors
     /// The system refuses a thread.
     pub fn start(store: Store) -> std::io::Result<(Writer, JoinHandle<()>)> {
+        Writer::start_keeping(store, None)
+    }
+
+    /// As [`Writer::start`], with estimates cached beside a log that becomes long.
+    ///
+    /// # Errors
+    /// As [`Writer::start`].
+    pub fn start_keeping(store: Store, keeper: Option<Keeper>) -> std::io::Result<(Writer, JoinHandle<()>)> {
+        let events = Events::open(store.folder());
         let (jobs, waiting) = mpsc::channel(QUEUE);
         let (failed, failure) = watch::channel(None);
         let thread = thread::Builder::new()
             .name("store".to_owned())
-            .spawn(move || write_until_done(store, waiting, &failed))?;
-        Ok((Writer { jobs, failure }, thread))
+            .spawn(move || write_until_done(store, keeper, waiting, &failed))?;
+        Ok((Writer { jobs, events, failure }, thread))
     }
 
     /// Makes `job` durable.
@@ -56,6 +68,11 @@ impl Writer {
         wait.await.map_err(|_| failed())
     }
 
+    /// Notes in `events.log` that something has happened; that is neither synced nor waited for.
+    pub fn note(&self, what: What) {
+        self.events.note(what);
+    }
+
     /// Becomes some message when the store has failed.
     pub fn failure(&self) -> watch::Receiver<Option<String>> {
         self.failure.clone()
@@ -64,6 +81,7 @@ impl Writer {
 
 fn write_until_done(
     mut store: Store,
+    mut keeper: Option<Keeper>,
     mut waiting: mpsc::Receiver<Waiting>,
     failed: &watch::Sender<Option<String>>,
 ) {
@@ -87,5 +105,11 @@ fn write_until_done(
             // A caller that has gone needs no answer.
             let _ = sender.send(());
         }
+        if let Some(keeper) = &mut keeper {
+            keeper.committed(store.folder(), &entries, store.end());
+        }
+    }
+    if let Some(keeper) = &mut keeper {
+        keeper.close(store.folder(), store.end());
     }
 }

@@ -325,3 +325,48 @@ fn the_distribution_free_bound_covers_the_true_quantile() {
     let coverage = (0..2000).map(covers).sum::<u32>() as f64 / 2000.0;
     assert!((0.928..0.991).contains(&coverage), "{coverage}");
 }
+
+/// A fold that was saved and taken up again goes on as if nothing had happened, under either rule and at any place.
+#[test]
+fn a_fold_is_taken_up_where_it_was_left() {
+    let interval = StopRule::Interval {
+        confidence: 0.9,
+        mean_half_width: Some(0.05),
+        sd_half_width: Some(0.1),
+        exceedance: vec![ExceedanceTarget { distance_m: 8.0, half_width: 0.05 }],
+    };
+    for rule in [paper(0.05, true, 3), interval] {
+        let all: Vec<f64> = distances(7).take(400).collect();
+        for broken_at in [0, 1, 40, 399] {
+            let mut whole = estimator(rule.clone(), 300, 400, OnFailure::Exclude);
+            let mut parts = whole.clone();
+            for (index, runout_m) in (0..).zip(&all) {
+                if index == broken_at {
+                    let saved = serde_json::to_string(&parts.save()).unwrap();
+                    let stop =
+                        Stop { rule: rule.clone(), minimum_realisations: 300, maximum_realisations: 400 };
+                    let sample = Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 0.1 };
+                    let run = Run { on_failure: OnFailure::Exclude, audit_fraction: 0.0 };
+                    let saved: runout_core::estimate::saved::Saved = serde_json::from_str(&saved).unwrap();
+                    let samples = parts.samples_m().to_vec();
+                    let short = samples.get(1..).map(<[f64]>::to_vec);
+                    if let Some(short) = short {
+                        assert!(Estimator::restore(&stop, &sample, &run, saved.clone(), short).is_none());
+                    }
+                    parts = Estimator::restore(&stop, &sample, &run, saved, samples).unwrap();
+                }
+                let outcome = if index % 3 == 0 {
+                    outcome(index, OutcomeKind::Stable, 0.0, Reason::AtRest)
+                } else {
+                    self::sample(index, *runout_m)
+                };
+                whole.push(&outcome).unwrap();
+                parts.push(&outcome).unwrap();
+                assert_eq!(parts.decision(), whole.decision());
+            }
+            assert_eq!(parts.estimate(), whole.estimate());
+            assert_eq!(parts.requirements(), whole.requirements());
+            assert_eq!(parts.expected_remaining(), whole.expected_remaining());
+        }
+    }
+}

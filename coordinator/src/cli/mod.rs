@@ -3,18 +3,22 @@
 mod analysis;
 mod bench;
 mod check;
+mod explain;
 mod field;
 mod fit;
 mod init;
 mod replay;
 mod report;
 mod results;
+mod retry;
 pub mod run;
 mod run_records;
 pub mod serve;
 mod simulate;
 pub mod status;
 mod validate;
+mod verify;
+mod workers;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
@@ -77,12 +81,20 @@ pub enum Command {
     Serve(serve::ServeArgs),
     /// Show where a campaign stands
     Status(status::StatusArgs),
-    /// Print every outcome of a run directory, in index order
+    /// Print every outcome of a run directory, in index order, or write it as Parquet
     Results(results::ResultsArguments),
     /// Write report.html, self-contained, and its figures into a run directory
     Report(report::ReportArguments),
     /// Re-run one stored realisation from its seed and check that the bits are the same
     Replay(replay::ReplayArguments),
+    /// Check that a run directory holds together; re-run a sample of it
+    Verify(verify::VerifyArguments),
+    /// Tell the history of one realisation: attempts, workers, losses, outcome
+    Explain(explain::ExplainArguments),
+    /// Show what each worker did: realisations, speed, losses, conflicts
+    Workers(workers::WorkersArguments),
+    /// Re-open failed realisations, so that the next session runs them again
+    Retry(retry::RetryArguments),
     /// Run the validation suite: closed-form solutions and benchmarks against this machine's solver
     Validate(validate::ValidateArguments),
 }
@@ -147,6 +159,10 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),
+        Command::Verify(arguments) => return verify::verify(&arguments),
+        Command::Explain(arguments) => explain::explain(&arguments),
+        Command::Workers(arguments) => workers::workers(&arguments),
+        Command::Retry(arguments) => retry::retry(&arguments),
         Command::Validate(arguments) => return validate::validate(&arguments),
     };
     done.map(|()| DONE)
@@ -213,6 +229,13 @@ pub fn json_text(document: &impl Serialize) -> Result<String, Failure> {
 /// The system refuses threads.
 pub fn runtime() -> Result<Runtime, ServeError> {
     Ok(tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?)
+}
+
+/// Some indices for people: the first ones, and that there are more.
+fn some_of(indices: &[u64]) -> String {
+    const MOST: usize = 20;
+    let shown: Vec<String> = indices.iter().take(MOST).map(u64::to_string).collect();
+    shown.join(", ") + if indices.len() > MOST { ", ..." } else { "" }
 }
 
 /// An index from the command line.

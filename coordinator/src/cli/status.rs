@@ -61,10 +61,10 @@ async fn look(target: &str) -> Result<Status, Failure> {
         return Ok(ask(target).await.with_context(|| format!("{target}: no coordinator answers"))?);
     }
     let path = Path::new(target);
-    let view = run_directory::read(path).map_err(|e| Failure::Input(e.to_string()))?;
-    if let Some(url) = view.address
+    let frame = run_directory::read_frame(path).map_err(|e| Failure::Input(e.to_string()))?;
+    if let Some(url) = frame.address
         && let Ok(status) = ask(&url).await
-        && status.digest == view.spec.digest()
+        && status.digest == frame.spec.digest()
     {
         return Ok(status);
     }

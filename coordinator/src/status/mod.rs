@@ -1,18 +1,19 @@
 //! Where a campaign stands, as people and scripts see it.
 
+pub mod cache;
+pub mod tally;
 mod text;
 
 pub use text::duration;
 
 use crate::engine::Engine;
 use crate::load;
-use crate::queue;
-use crate::run_directory::{self, RunView};
+use crate::run_directory::{self, Frame, RunView};
 use crate::store::log::Record;
 use runout_core::campaign::{Campaign, StopRule};
 use runout_core::estimate::rule::Requirement;
 use runout_core::estimate::{Decision, Estimate, Estimator};
-use runout_core::outcome::{Outcome, Reason};
+use runout_core::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Duration;
@@ -203,16 +204,16 @@ pub fn of_engine(campaign: &Campaign, digest: &str, engine: &Engine, now: Durati
 /// # Errors
 /// It cannot be read, or its campaign file is wrong.
 pub fn of_directory(path: &Path) -> anyhow::Result<Status> {
-    let view = run_directory::read(path)?;
-    let campaign = campaign_of(&view, path)?;
-    let outcomes = view.records.iter().map(|record| &record.outcome);
-    let estimator = fold(&campaign, outcomes);
-    let mut status = of_estimator(&campaign, &view.spec.digest(), &estimator, State::Interrupted);
-    status.ahead = view.records.len() as u64 - estimator.next_index().min(view.records.len() as u64);
-    status.conflicts = view.conflicts.len() as u64;
-    status.audits_agreed = view.audited.len() as u64;
-    status.audits_due = audits_due(&campaign, &view, &estimator);
-    status.damage = view.damage;
+    let frame = run_directory::read_frame(path)?;
+    let campaign = campaign_of_frame(&frame, path)?;
+    let (tally, damage) = tally::read(path, &cache::key(&frame), &campaign)?;
+    let digest = frame.spec.digest();
+    let mut status = of_estimator(&campaign, &digest, tally.estimator(), State::Interrupted);
+    status.ahead = tally.ahead();
+    status.conflicts = tally.conflicts();
+    status.audits_agreed = tally.audits_agreed();
+    status.audits_due = tally.audits_due();
+    status.damage = damage;
     Ok(status)
 }
 
@@ -221,8 +222,20 @@ pub fn of_directory(path: &Path) -> anyhow::Result<Status> {
 /// # Errors
 /// Its campaign file is wrong.
 pub fn campaign_of(view: &RunView, path: &Path) -> Result<Campaign, load::LoadError> {
-    let profile = view.profile_text.clone().map(|text| (text, path.join(run_directory::PROFILE_FILE)));
-    load::parse(&path.join("campaign.toml"), &view.campaign_text, profile.as_ref())
+    parse_campaign(&view.campaign_text, view.profile_text.as_ref(), path)
+}
+
+/// As [`campaign_of`], without the outcomes.
+///
+/// # Errors
+/// As [`campaign_of`].
+pub fn campaign_of_frame(frame: &Frame, path: &Path) -> Result<Campaign, load::LoadError> {
+    parse_campaign(&frame.campaign_text, frame.profile_text.as_ref(), path)
+}
+
+fn parse_campaign(text: &str, profile: Option<&String>, path: &Path) -> Result<Campaign, load::LoadError> {
+    let profile = profile.cloned().map(|text| (text, path.join(run_directory::PROFILE_FILE)));
+    load::parse(&path.join("campaign.toml"), text, profile.as_ref())
 }
 
 /// Folds outcomes in index order, as far as they are contiguous and until the decision to stop.
@@ -241,19 +254,6 @@ pub fn results<'a>(campaign: &Campaign, view: &'a RunView) -> &'a [Record] {
     let realisations = fold(campaign, view.records.iter().map(|r| &r.outcome)).realisations();
     // The prefix is at most as long as the records.
     &view.records[..realisations as usize]
-}
-
-/// Audits that were not run: as the queue counts them.
-fn audits_due(campaign: &Campaign, view: &RunView, estimator: &Estimator) -> u64 {
-    let over = estimator.decision() != Decision::Continue;
-    let due = view.records.iter().map(|record| &record.outcome).filter(|outcome| {
-        outcome.reason != Reason::Poison
-            && !(over && outcome.index >= estimator.realisations())
-            && queue::is_audited(campaign.seed, campaign.run.audit_fraction, outcome.index)
-            && !view.audited.contains(&outcome.index)
-            && !view.conflicts.iter().any(|c| c.outcome.index == outcome.index)
-    });
-    due.count() as u64
 }
 
 fn of_estimator(campaign: &Campaign, digest: &str, estimator: &Estimator, going_on: State) -> Status {

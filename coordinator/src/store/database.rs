@@ -6,10 +6,12 @@
 //! * After a kill -9 the lock can stay busy for a moment: opening is retried for some seconds.
 //! * A damaged database can make `open` panic: caught, set aside, and rebuilt by the caller from the outcome log.
 
+use super::contents::{Contents, Withdrawal};
 use super::log::{Entry, Record};
-use super::{StoreError, sync_folder_of};
+use super::scan::{Line, Place, scan_file};
+use super::{BATCH, StoreError, sync_folder_of};
 use crate::queue::Attempts;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,10 +25,16 @@ const CACHE_BYTES: u64 = 64 << 20;
 const LOCK_PATIENCE: Duration = Duration::from_secs(10);
 const LOCK_RETRY: Duration = Duration::from_millis(50);
 
-/// What the database holds.
+/// How what the database holds compares with the log.
 #[derive(Debug, Default)]
 pub(super) struct Stored {
-    pub(super) records: BTreeMap<u64, Record>,
+    /// Outcomes that the log has not.
+    pub(super) only_here: Vec<Record>,
+    /// Outcomes that the log has withdrawn.
+    pub(super) withdrawn: Vec<Withdrawal>,
+    /// Indices of which the log has an outcome and the database none, or another one.
+    pub(super) missing: BTreeSet<u64>,
+    /// Attempts given out.
     pub(super) attempts: BTreeMap<u64, Attempts>,
 }
 
@@ -41,10 +49,16 @@ pub(super) struct Database {
 }
 
 impl Database {
-    /// Opens or creates the database; one that does not open is set aside and replaced by an empty one.
-    pub(super) fn open(folder: &Path) -> Result<(Database, Stored, Vec<String>), StoreError> {
+    /// Opens or creates the database and compares it with the log; one that does not open is set aside and replaced
+    /// by an empty one.
+    pub(super) fn open(folder: &Path, log: &Contents) -> Result<(Database, Stored, Vec<String>), StoreError> {
         let mut notes = Vec::new();
-        let first = open_and_read(folder);
+        match remove_stale_snapshots(folder) {
+            Ok(0) => {}
+            Ok(_) => notes.push("store: a stale snapshot, left by a kill, is removed".to_owned()),
+            Err(error) => return Err(StoreError::File { path: folder.to_owned(), error }),
+        }
+        let first = open_and_compare(folder, log);
         let (database, stored) = match first {
             Ok(opened) => opened,
             // No room or no right to write: a new database would fare no better.
@@ -58,22 +72,31 @@ impl Database {
                     "store: sled did not open ({message}); it is kept as {} and rebuilt",
                     aside.display()
                 ));
-                open_and_read(folder).map_err(|failure| failure.into_error(folder))?
+                open_and_compare(folder, log).map_err(|failure| failure.into_error(folder))?
             }
         };
         Ok((database, stored, notes))
     }
 
-    /// Inserts what is missing of `records`; returns how many were.
-    pub(super) fn complete(&mut self, records: &BTreeMap<u64, Record>) -> Result<usize, StoreError> {
-        let missing: Vec<Entry> = records
-            .iter()
-            .filter(|(index, _)| !self.outcomes.contains_key(index.to_be_bytes()).unwrap_or(false))
-            .map(|(_, record)| Entry::Outcome(record.clone()))
-            .collect();
-        if !missing.is_empty() {
-            self.commit(&missing, &[])?;
+    /// Inserts the outcomes of the `missing` indices from the log at `path`; returns how many were.
+    pub(super) fn complete(&mut self, path: &Path, missing: &BTreeSet<u64>) -> Result<usize, StoreError> {
+        let mut batch: Vec<Entry> = Vec::new();
+        let mut failed = None;
+        let read = scan_file(path, Place::default(), |line: Line<'_, Record>| {
+            // A later outcome of the same index takes the place of an earlier one, as it does in the log.
+            if matches!(&line.entry, Entry::Outcome(record) if missing.contains(&record.outcome.index)) {
+                batch.push(line.entry);
+            }
+            if batch.len() >= BATCH {
+                failed = self.commit(&std::mem::take(&mut batch), &[]).err();
+            }
+            if failed.is_some() { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
+        });
+        if let Some(error) = failed {
+            return Err(error);
         }
+        read.map_err(|error| StoreError::File { path: path.to_owned(), error })?;
+        self.commit(&batch, &[])?;
         Ok(missing.len())
     }
 
@@ -90,9 +113,15 @@ impl Database {
 
     fn write(&self, entries: &[Entry], attempts: &[(u64, Attempts)]) -> Result<(), Failure> {
         for entry in entries {
-            if let Entry::Outcome(record) = entry {
-                let value = serde_json::to_vec(record).expect("a record holds only numbers and words");
-                self.outcomes.insert(record.outcome.index.to_be_bytes(), value)?;
+            match entry {
+                Entry::Outcome(record) => {
+                    let value = serde_json::to_vec(record).expect("a record holds only numbers and words");
+                    self.outcomes.insert(record.outcome.index.to_be_bytes(), value)?;
+                }
+                Entry::Withdrawn { index, .. } => {
+                    self.outcomes.remove(index.to_be_bytes())?;
+                }
+                Entry::Conflict(_) | Entry::Audit { .. } => {}
             }
         }
         for (index, attempts) in attempts {
@@ -106,22 +135,79 @@ impl Database {
         Ok(())
     }
 
-    fn read(&self) -> Result<Stored, Failure> {
+    /// Walks the database beside the log's records. Every page's own checksum is checked on the way; an outcome is
+    /// parsed only where the log has none for its index.
+    fn compare(&self, log: &Contents) -> Result<Stored, Failure> {
         let mut stored = Stored::default();
+        let mut records = log.records.iter().peekable();
         for item in &self.outcomes {
             let (key, value) = item?;
-            let record: Record = serde_json::from_slice(&value)
-                .map_err(|e| Failure::Damaged(format!("an outcome does not parse: {e}")))?;
-            if key.as_ref() != record.outcome.index.to_be_bytes() {
-                return Err(Failure::Damaged("an outcome stands under another index".to_owned()));
+            let index = read_index(&key)?;
+            while let Some(record) = records.next_if(|record| record.index < index) {
+                stored.missing.insert(record.index);
             }
-            stored.records.insert(record.outcome.index, record);
+            match records.next_if(|record| record.index == index) {
+                Some(record) if holds(&value, record.digest) => {}
+                Some(record) => {
+                    stored.missing.insert(record.index);
+                }
+                None => {
+                    let record = read_record(index, &value)?;
+                    match log.withdrawn.iter().find(|named| named.names(&record)) {
+                        Some(named) => stored.withdrawn.push(named.clone()),
+                        None => stored.only_here.push(record),
+                    }
+                }
+            }
         }
+        stored.missing.extend(records.map(|record| record.index));
         for item in &self.attempts {
             let (key, value) = item?;
             stored.attempts.insert(read_index(&key)?, read_attempts(&value)?);
         }
         Ok(stored)
+    }
+}
+
+/// Every outcome of the database in `folder`, which nobody else uses.
+///
+/// # Errors
+/// It does not open, or something in it is damaged, in words.
+pub(crate) fn read_all(folder: &Path, mut each: impl FnMut(Record)) -> Result<(), String> {
+    let opened = catch_unwind(AssertUnwindSafe(|| -> Result<(), Failure> {
+        let database = open_when_unlocked(folder)?;
+        for item in &database.outcomes {
+            let (key, value) = item?;
+            each(read_record(read_index(&key)?, &value)?);
+        }
+        Ok(())
+    }));
+    match opened {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(Failure::System(error))) => Err(error.to_string()),
+        Ok(Err(Failure::Damaged(message))) => Err(message),
+        Err(_) => Err("sled panicked while opening".to_owned()),
+    }
+}
+
+/// Whether a stored outcome has this digest. Its digest is the only text of so many digits in it but the worker's
+/// name, which does not stand behind this key.
+fn holds(value: &[u8], digest: u128) -> bool {
+    const KEY: &[u8] = b"\"digest\":\"";
+    let place = value.windows(KEY.len()).rposition(|window| window == KEY);
+    place.is_some_and(|place| {
+        let digits = value.get(place + KEY.len()..place + KEY.len() + 32);
+        digits.is_some_and(|digits| digits == format!("{digest:032x}").as_bytes())
+    })
+}
+
+fn read_record(index: u64, value: &[u8]) -> Result<Record, Failure> {
+    let record: Record = serde_json::from_slice(value)
+        .map_err(|e| Failure::Damaged(format!("an outcome does not parse: {e}")))?;
+    if record.outcome.index == index {
+        Ok(record)
+    } else {
+        Err(Failure::Damaged("an outcome stands under another index".to_owned()))
     }
 }
 
@@ -156,12 +242,11 @@ impl From<sled::Error> for Failure {
     }
 }
 
-fn open_and_read(folder: &Path) -> Result<(Database, Stored), Failure> {
+fn open_and_compare(folder: &Path, log: &Contents) -> Result<(Database, Stored), Failure> {
     fs::create_dir_all(folder)?;
-    remove_stale_snapshots(folder)?;
     let opened = catch_unwind(|| {
         let database = open_when_unlocked(folder)?;
-        let stored = database.read()?;
+        let stored = database.compare(log)?;
         Ok((database, stored))
     });
     opened.unwrap_or_else(|_| Err(Failure::Damaged("sled panicked while opening".to_owned())))
@@ -191,15 +276,22 @@ fn open_when_unlocked(folder: &Path) -> Result<Database, Failure> {
     Ok(Database { folder: folder.to_owned(), sled, outcomes, attempts, file })
 }
 
-fn remove_stale_snapshots(folder: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
+/// Removes what a kill while sled opened has left; returns how many files that were.
+fn remove_stale_snapshots(folder: &Path) -> io::Result<usize> {
+    let mut removed = 0;
+    let entries = match fs::read_dir(folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(0),
+        other => other?,
+    };
+    for entry in entries {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if name.starts_with("snap.") && name.ends_with(".generating") {
             fs::remove_file(&path)?;
+            removed += 1;
         }
     }
-    Ok(())
+    Ok(removed)
 }
 
 fn set_aside(folder: &Path) -> io::Result<PathBuf> {

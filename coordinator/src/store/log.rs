@@ -2,18 +2,20 @@
 //!
 //! A line is a checksum (BLAKE3 of the JSON, its first 16 hexadecimal digits), a tab, and the entry as JSON. Each
 //! line stands for itself, so that damage (a torn last line, zeroed blocks after a power cut) costs the lines it
-//! hits and no others.
+//! hits and no others. [`super::scan`] reads it.
 
+use super::scan::{self, Line, Place, Scan};
+use super::wire::Form;
 use runout_core::outcome::Outcome;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-const CHECKSUM_DIGITS: usize = 16;
+pub(super) const CHECKSUM_DIGITS: usize = 16;
 
 /// An outcome and what depends on the machine or on luck.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
 pub struct Record {
     /// The outcome.
     pub outcome: Outcome,
@@ -26,13 +28,13 @@ pub struct Record {
 }
 
 /// A line of the log.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum Entry {
+pub enum Entry<R = Record> {
     /// The recorded outcome of an index.
-    Outcome(Record),
+    Outcome(R),
     /// A later outcome of the same index with another digest.
-    Conflict(Record),
+    Conflict(R),
     /// A second worker computed the same digest.
     Audit {
         /// Realisation index.
@@ -40,17 +42,15 @@ pub enum Entry {
         /// The second worker.
         worker: String,
     },
-}
-
-/// What could be read of a log.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct LogContents {
-    /// Sound entries in the order in which they were written.
-    pub entries: Vec<Entry>,
-    /// What is damaged, in words; empty for a sound log.
-    pub damage: Vec<String>,
-    /// Bytes after the last line end: a line being written, or torn.
-    pub unfinished_bytes: usize,
+    /// The outcome recorded before counts no more: its realisation is open again.
+    Withdrawn {
+        /// Realisation index.
+        index: u64,
+        /// Attempt that gave the outcome.
+        attempt: u32,
+        /// Its digest.
+        digest: String,
+    },
 }
 
 /// The line of an entry, with its line end.
@@ -59,40 +59,7 @@ pub fn line(entry: &Entry) -> String {
     format!("{}\t{json}\n", checksum(json.as_bytes()))
 }
 
-/// Reads a log's bytes as far as they are sound.
-pub fn parse(bytes: &[u8]) -> LogContents {
-    let mut contents = LogContents::default();
-    let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |p| p + 1);
-    contents.unfinished_bytes = bytes.len() - end;
-    let lines = bytes[..end].split_inclusive(|b| *b == b'\n');
-    for (number, line) in lines.enumerate() {
-        // A zeroed block holds no line end: what stands behind it may be a sound line.
-        let sound = line.iter().rposition(|b| *b == 0).map_or(0, |last| last + 1);
-        if sound > 0 {
-            let zeros = line.iter().filter(|b| **b == 0).count();
-            contents.damage.push(format!("line {}: {zeros} zero bytes", number + 1));
-        }
-        if sound > 0 && sound == line.len() - 1 {
-            continue;
-        }
-        match parse_line(&line[sound..line.len() - 1]) {
-            Some(entry) => contents.entries.push(entry),
-            None => contents.damage.push(format!("line {}: checksum or form is wrong", number + 1)),
-        }
-    }
-    contents
-}
-
-fn parse_line(line: &[u8]) -> Option<Entry> {
-    let (sum, rest) = line.split_at_checked(CHECKSUM_DIGITS)?;
-    let json = rest.strip_prefix(b"\t")?;
-    if sum != checksum(json).as_bytes() {
-        return None;
-    }
-    serde_json::from_slice(json).ok()
-}
-
-fn checksum(json: &[u8]) -> String {
+pub(super) fn checksum(json: &[u8]) -> String {
     blake3::hash(json).to_hex()[..CHECKSUM_DIGITS].to_owned()
 }
 
@@ -100,36 +67,28 @@ fn checksum(json: &[u8]) -> String {
 #[derive(Debug)]
 pub struct Log {
     file: File,
+    end: Place,
 }
 
 impl Log {
-    /// Opens or creates the log at `path` and reads it. A damaged log is set aside under another name, and what
-    /// is sound of it is written anew; the returned contents say so.
+    /// Opens or creates the log at `path` and gives every sound entry to `each`. A damaged log is set aside under
+    /// another name, and what is sound of it is written anew; the returned notes say so.
     ///
     /// # Errors
     /// Reading, writing or syncing fails.
-    pub fn open(path: &Path) -> io::Result<(Log, LogContents)> {
-        let bytes = match fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(e) => return Err(e),
-        };
-        let mut contents = parse(&bytes);
-        if contents.unfinished_bytes > 0 {
-            let torn = contents.unfinished_bytes;
-            contents.damage.push(format!("the last line is torn ({torn} bytes)"));
-        }
-        if !contents.damage.is_empty() {
-            let aside = free_name(path);
-            fs::copy(path, &aside)?;
-            let sound: String = contents.entries.iter().map(line).collect();
-            super::write_atomically(path, sound.as_bytes())?;
-            contents.damage.push(format!("the damaged log is kept as {}", aside.display()));
-        }
+    pub fn open<R: Form>(path: &Path, mut each: impl FnMut(Entry<R>)) -> io::Result<(Log, Vec<String>)> {
+        let mut lines = 0;
+        let scan = scan::scan_file(path, Place::default(), |line: Line<'_, R>| {
+            each(line.entry);
+            lines += 1;
+            Ok(())
+        })?;
+        let notes = mend(path, scan)?;
         let file = OpenOptions::new().append(true).create(true).open(path)?;
         file.sync_all()?;
         super::sync_folder_of(path)?;
-        Ok((Log { file }, contents))
+        let end = Place { bytes: file.metadata()?.len(), lines };
+        Ok((Log { file, end }, notes))
     }
 
     /// Appends entries; they are on the disk when this returns.
@@ -139,8 +98,43 @@ impl Log {
     pub fn append(&mut self, entries: &[Entry]) -> io::Result<()> {
         let text: String = entries.iter().map(line).collect();
         self.file.write_all(text.as_bytes())?;
-        self.file.sync_data()
+        self.file.sync_data()?;
+        self.end.bytes += text.len() as u64;
+        self.end.lines += entries.len() as u64;
+        Ok(())
     }
+
+    /// Behind its last line.
+    pub fn end(&self) -> Place {
+        self.end
+    }
+}
+
+/// Writes what is sound of a damaged log anew; says what was done.
+fn mend(path: &Path, scan: Scan) -> io::Result<Vec<String>> {
+    let (torn, missing_end) = (scan.unfinished_bytes, scan.missing_line_end);
+    let mut notes = scan.into_damage();
+    if missing_end {
+        notes.push("the last line end is missing; the line is whole".to_owned());
+    }
+    if torn > 0 {
+        notes.push(format!("the last line is torn ({torn} bytes)"));
+    }
+    if notes.is_empty() {
+        return Ok(notes);
+    }
+    let aside = free_name(path);
+    fs::copy(path, &aside)?;
+    super::write_atomically_with(path, |file| {
+        let mut sound = BufWriter::new(file);
+        // The record's form does not matter here, and its gist is read fastest.
+        scan::scan_file(path, Place::default(), |line: Line<'_, super::wire::Gist>| {
+            sound.write_all(line.bytes)
+        })?;
+        sound.flush()
+    })?;
+    notes.push(format!("the damaged log is kept as {}", aside.display()));
+    Ok(notes)
 }
 
 fn free_name(path: &Path) -> PathBuf {
@@ -160,13 +154,25 @@ mod tests {
         (0..count).map(|index| Entry::Outcome(record(index))).collect()
     }
 
+    fn read(bytes: &[u8]) -> (Vec<Entry>, Scan) {
+        let mut entries = Vec::new();
+        let scan = scan::scan(bytes, Place::default(), |line: Line<'_, Record>| {
+            entries.push(line.entry);
+            Ok(())
+        });
+        (entries, scan.unwrap())
+    }
+
     #[test]
     fn entries_are_read_back_to_the_bit() {
         let mut all = entries(5);
-        all.push(Entry::Audit { index: 3, worker: "b".into() });
+        all.push(Entry::Audit { index: 3, worker: "b\"\\".into() });
         all.push(Entry::Conflict(record(4)));
+        all.push(Entry::Withdrawn { index: 2, attempt: 1, digest: "d".into() });
         let text: String = all.iter().map(line).collect();
-        assert_eq!(parse(text.as_bytes()), LogContents { entries: all, ..LogContents::default() });
+        let (read, scan) = read(text.as_bytes());
+        assert_eq!(read, all);
+        assert_eq!(scan, Scan { end: Place { bytes: text.len() as u64, lines: 8 }, ..Scan::default() });
     }
 
     #[test]
@@ -175,12 +181,37 @@ mod tests {
         let path = folder.path().join("outcomes.log");
         let text: String = entries(3).iter().map(line).collect();
         fs::write(&path, &text[..text.len() - 10]).unwrap();
-        let (mut log, contents) = Log::open(&path).unwrap();
-        assert_eq!(contents.entries, entries(2));
-        assert!(contents.damage[0].starts_with("the last line is torn"), "{:?}", contents.damage);
+        let mut read = Vec::new();
+        let (mut log, notes) = Log::open(&path, |entry| read.push(entry)).unwrap();
+        assert_eq!(read, entries(2));
+        assert!(notes[0].starts_with("the last line is torn"), "{notes:?}");
         log.append(&entries(3)[2..]).unwrap();
+        assert_eq!(log.end(), Place { bytes: text.len() as u64, lines: 3 });
         assert_eq!(fs::read_to_string(&path).unwrap(), text);
         assert!(folder.path().join("outcomes.log.damaged-1").exists());
+    }
+
+    #[test]
+    fn a_line_that_lacks_only_its_end_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("outcomes.log");
+        let text: String = entries(3).iter().map(line).collect();
+        fs::write(&path, &text[..text.len() - 1]).unwrap();
+        let mut read = Vec::new();
+        let (_log, notes) = Log::open(&path, |entry| read.push(entry)).unwrap();
+        assert_eq!(read, entries(3));
+        assert!(notes[0].starts_with("the last line end is missing"), "{notes:?}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), text);
+    }
+
+    #[test]
+    fn a_heavily_damaged_log_is_described_briefly() {
+        let bytes = b"no line\n".repeat(1000);
+        let (read, scan) = read(&bytes);
+        assert!(read.is_empty() && !scan.is_sound());
+        let damage = scan.into_damage();
+        assert_eq!(damage.len(), 101);
+        assert_eq!(damage[100], "and 900 more places");
     }
 
     proptest! {
@@ -200,7 +231,7 @@ mod tests {
                 at += text.len();
             }
             // A stretch that ends with a line leaves zeros in front of the next one, which survives.
-            prop_assert_eq!(parse(&bytes).entries, untouched);
+            prop_assert_eq!(read(&bytes).0, untouched);
         }
     }
 }

@@ -2,14 +2,19 @@
 //!
 //! The log ([`log`]) comes first and is what everybody else reads; sled ([`database`]) holds outcomes by index and
 //! the attempts given out. At opening the two are reconciled, and sled is rebuilt from the log if it does not open.
+//! Memory does not depend on the length of lines, and only [`wire::Gist`]s of the outcomes are kept.
 
+pub mod contents;
 pub mod database;
 pub mod log;
+pub mod scan;
+pub mod wire;
 
 use crate::queue::Attempts;
+pub use contents::{Contents, Ledger, Withdrawal};
 use database::Database;
-use log::{Entry, Log, Record};
-use std::collections::{BTreeMap, BTreeSet};
+use log::{Entry, Log};
+use scan::{Line, Place, scan_file};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -41,21 +46,6 @@ pub enum StoreError {
     },
 }
 
-/// What an opened store holds.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Contents {
-    /// Recorded outcomes by index.
-    pub records: BTreeMap<u64, Record>,
-    /// Later outcomes that contradict the recorded one.
-    pub conflicts: Vec<Record>,
-    /// Indices whose second run agreed.
-    pub audited: BTreeSet<u64>,
-    /// Attempts given out, by index.
-    pub attempts: BTreeMap<u64, Attempts>,
-    /// What was damaged or had to be repaired, in words.
-    pub notes: Vec<String>,
-}
-
 /// The open store of a run directory.
 #[derive(Debug)]
 pub struct Store {
@@ -63,6 +53,9 @@ pub struct Store {
     log: Log,
     database: Database,
 }
+
+/// Outcomes that are copied from the log to sled in one go.
+const BATCH: usize = 4096;
 
 impl Store {
     /// Opens or creates the store in `folder`, repairing what can be repaired. The caller holds the folder's lock.
@@ -72,26 +65,30 @@ impl Store {
     pub fn open(folder: &Path) -> Result<(Store, Contents), StoreError> {
         let log_path = folder.join(LOG_FILE);
         let in_log = |error| StoreError::File { path: log_path.clone(), error };
-        let (mut log, read) = Log::open(&log_path).map_err(in_log)?;
-        let mut contents = collect(read.entries);
-        contents.notes.extend(read.damage.into_iter().map(|d| format!("{LOG_FILE}: {d}")));
-        let (mut database, stored, notes) = Database::open(&folder.join(DATABASE_FOLDER))?;
+        let mut ledger = Ledger::new();
+        let (mut log, damage) = Log::open(&log_path, |entry| ledger.push(entry)).map_err(in_log)?;
+        let mut contents = ledger.finish();
+        contents.notes.extend(damage.into_iter().map(|d| format!("{LOG_FILE}: {d}")));
+        let (mut database, stored, notes) = Database::open(&folder.join(DATABASE_FOLDER), &contents)?;
         contents.notes.extend(notes);
         contents.attempts = stored.attempts;
 
-        let only_stored: Vec<Entry> = stored
-            .records
-            .into_iter()
-            .filter(|(index, _)| !contents.records.contains_key(index))
-            .map(|(_, record)| Entry::Outcome(record))
-            .collect();
-        if !only_stored.is_empty() {
-            contents.notes.push(format!("{LOG_FILE}: {} outcomes restored from sled", only_stored.len()));
-            log.append(&only_stored).map_err(in_log)?;
-            contents.records.extend(collect(only_stored).records);
+        if !stored.withdrawn.is_empty() {
+            let known: Vec<Entry> = stored.withdrawn.iter().map(withdrawn).collect();
+            database.commit(&known, &[])?;
         }
-        let restored = database.complete(&contents.records)?;
-        if restored > 0 {
+        if !stored.only_here.is_empty() {
+            contents
+                .notes
+                .push(format!("{LOG_FILE}: {} outcomes restored from sled", stored.only_here.len()));
+            // The reader of sled has checked their digests.
+            contents.records.extend(stored.only_here.iter().filter_map(wire::Gist::of));
+            contents.records.sort_by_key(|record| record.index);
+            let restored: Vec<Entry> = stored.only_here.into_iter().map(Entry::Outcome).collect();
+            log.append(&restored).map_err(in_log)?;
+        }
+        if !stored.missing.is_empty() {
+            let restored = database.complete(&log_path, &stored.missing)?;
             contents.notes.push(format!("{DATABASE_FOLDER}: {restored} outcomes restored from {LOG_FILE}"));
         }
         Ok((Store { folder: folder.to_owned(), log, database }, contents))
@@ -108,23 +105,35 @@ impl Store {
         }
         self.database.commit(entries, attempts)
     }
+
+    /// Its folder: the run directory.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The end of the outcome log.
+    pub fn end(&self) -> Place {
+        self.log.end()
+    }
 }
 
-/// Sorts a log's entries. The first outcome of an index counts.
-pub fn collect(entries: Vec<Entry>) -> Contents {
-    let mut contents = Contents::default();
-    for entry in entries {
-        match entry {
-            Entry::Outcome(record) => {
-                contents.records.entry(record.outcome.index).or_insert(record);
-            }
-            Entry::Conflict(record) => contents.conflicts.push(record),
-            Entry::Audit { index, .. } => {
-                contents.audited.insert(index);
-            }
-        }
-    }
-    contents
+/// The line that a withdrawal is in the log.
+fn withdrawn(named: &Withdrawal) -> Entry {
+    let Withdrawal { index, attempt, digest } = named.clone();
+    Entry::Withdrawn { index, attempt, digest }
+}
+
+/// Reads the whole log at `path`: what it amounts to, and whether it is sound.
+///
+/// # Errors
+/// Reading fails.
+pub fn read_log<R: wire::Form>(path: &Path) -> io::Result<(Contents<R>, scan::Scan)> {
+    let mut ledger = Ledger::new();
+    let scan = scan_file(path, Place::default(), |line: Line<'_, R>| {
+        ledger.push(line.entry);
+        Ok(())
+    })?;
+    Ok((ledger.finish(), scan))
 }
 
 /// Writes a file so that a reader or a crash sees the old or the new content, never a part.
@@ -132,20 +141,42 @@ pub fn collect(entries: Vec<Entry>) -> Contents {
 /// # Errors
 /// Writing, renaming or syncing fails; a temporary file is removed.
 pub fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    write_atomically_with(path, |file| file.write_all(content))
+}
+
+/// As [`write_atomically`], with what `write` writes.
+///
+/// # Errors
+/// As [`write_atomically`], or `write` fails.
+pub fn write_atomically_with<T>(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<T>,
+) -> io::Result<()> {
+    write_atomically_unsynced(path, |file| {
+        write(file)?;
+        file.sync_all()
+    })?;
+    sync_folder_of(path)
+}
+
+/// As [`write_atomically_with`], for what may be lost or torn by a power cut.
+///
+/// # Errors
+/// Writing or renaming fails; a temporary file is removed.
+pub fn write_atomically_unsynced(
+    path: &Path,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".tmp");
     let temporary = path.with_file_name(name);
-    let written = File::create(&temporary).and_then(|mut file| {
-        file.write_all(content)?;
-        file.sync_all()
-    });
+    let written = File::create(&temporary).and_then(|mut file| write(&mut file));
     let renamed = written.and_then(|()| fs::rename(&temporary, path));
     if renamed.is_err() {
         // The first error is the one to report.
         let _ = fs::remove_file(&temporary);
     }
-    renamed?;
-    sync_folder_of(path)
+    renamed
 }
 
 /// Makes the entry of `path` in its folder durable.
@@ -159,9 +190,11 @@ pub fn sync_folder_of(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::log::Record;
     use super::*;
     use runout_core::gimp::Energy;
     use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+    use std::collections::{BTreeMap, BTreeSet};
 
     pub(crate) fn record(index: u64) -> Record {
         let x = (index as f64 + 0.1) / 3.0;
@@ -194,7 +227,7 @@ pub(crate) mod tests {
     }
 
     fn indices(contents: &Contents) -> Vec<u64> {
-        contents.records.keys().copied().collect()
+        contents.records.iter().map(|record| record.index).collect()
     }
 
     #[test]
@@ -211,10 +244,10 @@ pub(crate) mod tests {
         let (_store, contents) = Store::open(folder.path()).unwrap();
         assert_eq!(contents.notes, Vec::<String>::new());
         assert_eq!(indices(&contents), (0..300).collect::<Vec<_>>());
-        assert_eq!(contents.records[&299], record(299));
+        assert_eq!(contents.records[299], wire::Gist::of(&record(299)).unwrap());
         assert_eq!(contents.attempts, BTreeMap::from([(7, attempts)]));
         assert_eq!(contents.audited, BTreeSet::from([2]));
-        assert_eq!(contents.conflicts, [record(3)]);
+        assert_eq!(contents.conflicts, [wire::Gist::of(&record(3)).unwrap()]);
     }
 
     #[test]
@@ -230,7 +263,9 @@ pub(crate) mod tests {
         fs::remove_dir_all(folder.path().join(DATABASE_FOLDER)).unwrap();
         let (_store, contents) = Store::open(folder.path()).unwrap();
         assert_eq!(contents.notes, ["store: 10 outcomes restored from outcomes.log"]);
-        assert_eq!(log::parse(&fs::read(&log).unwrap()).entries, outcomes(0..10));
+        let (read, scan) = read_log::<Record>(&log).unwrap();
+        assert!(scan.is_sound());
+        assert_eq!(read.records, (0..10).map(record).collect::<Vec<_>>());
     }
 
     #[test]
@@ -258,6 +293,51 @@ pub(crate) mod tests {
         drop(store);
         let (_store, contents) = Store::open(folder.path()).unwrap();
         assert_eq!(contents.notes, Vec::<String>::new());
+    }
+
+    fn withdrawal(of: &Record) -> Entry {
+        let (index, digest) = (of.outcome.index, of.outcome.digest.clone());
+        Entry::Withdrawn { index, attempt: of.attempt, digest }
+    }
+
+    #[test]
+    fn what_was_withdrawn_is_open_until_it_is_recorded_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let again = Record { attempt: 2, ..record(4) };
+        let mut store = Store::open(folder.path()).unwrap().0;
+        store.commit(&outcomes(0..10), &[]).unwrap();
+        store.commit(&[withdrawal(&record(4))], &[]).unwrap();
+        drop(store);
+        let (mut store, contents) = Store::open(folder.path()).unwrap();
+        assert_eq!(contents.notes, Vec::<String>::new());
+        assert_eq!(indices(&contents), [0, 1, 2, 3, 5, 6, 7, 8, 9]);
+        assert_eq!(contents.withdrawn.len(), 1);
+        store.commit(&[Entry::Outcome(again.clone())], &[]).unwrap();
+        drop(store);
+        let (_store, contents) = Store::open(folder.path()).unwrap();
+        assert_eq!(contents.notes, Vec::<String>::new());
+        assert_eq!((contents.records.len(), contents.records[4].attempt), (10, 2));
+
+        // Without the withdrawal's line, the later outcome still stands.
+        let log = folder.path().join(LOG_FILE);
+        let text = fs::read_to_string(&log).unwrap();
+        fs::write(&log, text.replace("withdrawn", "withdrawm")).unwrap();
+        let (read, scan) = read_log::<Record>(&log).unwrap();
+        assert!(!scan.is_sound());
+        assert_eq!(read.records[4], again);
+    }
+
+    #[test]
+    fn a_withdrawal_that_reached_only_the_log_is_completed_in_sled() {
+        let folder = tempfile::tempdir().unwrap();
+        Store::open(folder.path()).unwrap().0.commit(&outcomes(0..3), &[]).unwrap();
+        let mut log = fs::OpenOptions::new().append(true).open(folder.path().join(LOG_FILE)).unwrap();
+        log.write_all(log::line(&withdrawal(&record(1))).as_bytes()).unwrap();
+        for _ in 0..2 {
+            let (_store, contents) = Store::open(folder.path()).unwrap();
+            assert_eq!(contents.notes, Vec::<String>::new());
+            assert_eq!(indices(&contents), [0, 2]);
+        }
     }
 
     #[test]

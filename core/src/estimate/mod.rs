@@ -10,6 +10,7 @@
 //! * [`rule`]: the stopping rules; [`remaining`] guesses how much a rule still needs.
 //! * [`exceedance`]: the exceedance curve of the runout distance with pointwise intervals; [`tail`]: distances of small
 //!   exceedance probability from fitted families.
+//! * [`saved`]: a fold as numbers, so that it can be taken up later.
 
 pub mod exceedance;
 pub mod interval;
@@ -17,6 +18,7 @@ pub mod moments;
 pub mod quantiles;
 pub mod remaining;
 pub mod rule;
+pub mod saved;
 pub mod tail;
 
 use crate::campaign::{OnFailure, Run, RunoutMeasure, Sample, Stop, StopRule};

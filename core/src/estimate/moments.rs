@@ -3,8 +3,10 @@
 //! Welford's recurrence (1962) extended to the fourth central moment (Pébay 2008, Eqs. 1.1 to 1.6 with one new
 //! value). The same values in the same order give the same bits.
 
+use serde::{Deserialize, Serialize};
+
 /// Count, mean and sums of central powers of the values so far.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Moments {
     count: u64,
     mean: f64,

@@ -16,7 +16,7 @@ use crate::campaign::{ExceedanceTarget, StopRule};
 use serde::{Deserialize, Serialize};
 
 /// What a rule remembers between samples.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct RuleState {
     /// Mean and population variance before the last sample.
     previous: Option<(f64, f64)>,

@@ -5,7 +5,7 @@
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
 //!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
-//!    [`verify`] checks.
+//!    [`verify`] checks; [`submit`] hands all that to a batch system.
 //! 3. [`outcomes`] is the table of results; [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
@@ -27,6 +27,7 @@ pub mod serve;
 pub mod service;
 pub mod status;
 pub mod store;
+pub mod submit;
 pub mod verify;
 pub mod writer;
 

@@ -4,6 +4,7 @@
 //! are chosen by the system. Nothing sleeps for luck: every wait is for a condition, with a limit.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
@@ -21,15 +22,30 @@ pub const COARSE: &str = include_str!("../campaigns/coarse.toml");
 ///
 /// # Panics
 /// It does not within [`LIMIT`].
-pub fn wait_for<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &str, condition: impl FnMut() -> Option<T>) -> T {
+    wait_up_to(LIMIT, what, condition)
+}
+
+/// As [`wait_for`], with a limit of its own.
+///
+/// # Panics
+/// It does not within `limit`.
+pub fn wait_up_to<T>(limit: Duration, what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
     loop {
         if let Some(value) = condition() {
             return value;
         }
-        assert!(started.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
+        assert!(started.elapsed() < limit, "waited {limit:?} for {what}");
         std::thread::sleep(LOOK_AGAIN);
     }
+}
+
+/// Says on standard error that something was not tested, past the test harness, which keeps the output of tests that
+/// pass to itself.
+pub fn say_not_tested(what: &str, why: &str) {
+    // Nothing better can be done where even this fails.
+    let _ = writeln!(std::io::stderr(), "\n{what} NOT TESTED: {why}");
 }
 
 /// The folder with the programs `runout` and `runout-worker`, built as this test was.

@@ -1,6 +1,7 @@
 //! The only gRPC of the worker: every call is retried with jittered back-off, registration is renewed when the
 //! coordinator does not know the worker (any more), and a coordinator that stays away too long is given up.
 
+use crate::address::Address;
 use runout_core::spec::{Spec, SpecError};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::{
@@ -9,6 +10,7 @@ use runout_proto::v1::{
 };
 use runout_proto::{LONGEST_POLL_S, MESSAGE_LIMIT_BYTES, identity};
 use std::hash::{BuildHasher, RandomState};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use thiserror::Error;
@@ -37,6 +39,14 @@ pub enum ClientError {
     /// It has not answered for too long.
     #[error("the coordinator has not answered for {0:.0?}; the last failure: {1}")]
     GaveUp(Duration, String),
+    /// Nobody has written its address.
+    #[error("{}: no coordinator has written its address to coordinator.addr for {waited:.0?}", path.display())]
+    NoAddress {
+        /// The run directory.
+        path: PathBuf,
+        /// How long it was waited for.
+        waited: Duration,
+    },
     /// It does not want this worker, or not this call.
     #[error("the coordinator refuses: {0}")]
     Refused(String),
@@ -77,22 +87,23 @@ pub struct Introduction {
 /// A connection. Heartbeat and slots have one each, and share the registration.
 #[derive(Debug)]
 pub struct Client {
-    grpc: CoordinatorClient<Channel>,
+    address: Address,
+    connection: Mutex<Connection>,
     introduction: Introduction,
     give_up_after: Duration,
     heard: Mutex<Instant>,
 }
 
-impl Client {
-    /// A client for the coordinator at `url`; connects with the first call. Needs a runtime around it.
-    ///
-    /// # Errors
-    /// Not a URL.
-    pub fn new(
-        url: &str,
-        introduction: Introduction,
-        give_up_after: Duration,
-    ) -> Result<Client, ClientError> {
+/// Where calls go.
+#[derive(Debug)]
+struct Connection {
+    url: String,
+    grpc: CoordinatorClient<Channel>,
+}
+
+impl Connection {
+    /// To the coordinator at `url`; connects with the first call. Needs a runtime around it.
+    fn new(url: &str) -> Result<Connection, ClientError> {
         let endpoint = Endpoint::from_shared(url.to_owned())
             .map_err(|e| ClientError::Url { url: url.to_owned(), why: e.to_string() })?;
         if endpoint.uri().scheme_str() != Some("http") || endpoint.uri().authority().is_none() {
@@ -109,7 +120,24 @@ impl Client {
         let grpc = CoordinatorClient::new(channel)
             .max_decoding_message_size(MESSAGE_LIMIT_BYTES)
             .max_encoding_message_size(MESSAGE_LIMIT_BYTES);
-        Ok(Client { grpc, introduction, give_up_after, heard: Mutex::new(Instant::now()) })
+        Ok(Connection { url: url.to_owned(), grpc })
+    }
+}
+
+impl Client {
+    /// A client for the coordinator at `address`, now at `url`; connects with the first call. Needs a runtime around
+    /// it.
+    ///
+    /// # Errors
+    /// Not a URL.
+    pub fn new(
+        address: Address,
+        url: &str,
+        introduction: Introduction,
+        give_up_after: Duration,
+    ) -> Result<Client, ClientError> {
+        let connection = Mutex::new(Connection::new(url)?);
+        Ok(Client { address, connection, introduction, give_up_after, heard: Mutex::new(Instant::now()) })
     }
 
     /// Registers, with the leases that the worker still holds.
@@ -172,23 +200,45 @@ impl Client {
         running: Vec<LeaseProgress>,
         limit: Duration,
     ) -> Result<Option<HeartbeatReply>, Status> {
-        let mut grpc = self.grpc.clone();
+        let mut grpc = self.grpc();
         let call = grpc.heartbeat(HeartbeatRequest { worker_id, running });
-        match tokio::time::timeout(limit, call).await {
-            Err(_) => Err(Status::deadline_exceeded("no answer to the heartbeat")),
-            Ok(Ok(reply)) => Ok(Some(reply.into_inner())),
-            Ok(Err(status)) if status.code() == Code::NotFound => Ok(None),
-            Ok(Err(status)) => Err(status),
-        }
+        let status = match tokio::time::timeout(limit, call).await {
+            Err(_) => Status::deadline_exceeded("no answer to the heartbeat"),
+            Ok(Ok(reply)) => return Ok(Some(reply.into_inner())),
+            Ok(Err(status)) if status.code() == Code::NotFound => return Ok(None),
+            Ok(Err(status)) => status,
+        };
+        self.follow();
+        Err(status)
     }
 
     /// Gives leases back, once: what does not arrive is noticed by the missing heartbeats.
     pub async fn release(&self, request: ReleaseRequest) {
-        let mut grpc = self.grpc.clone();
+        let mut grpc = self.grpc();
         match tokio::time::timeout(CONNECT_LIMIT, grpc.release(request)).await {
             Ok(Ok(_)) => {}
             Ok(Err(status)) => tracing::debug!("release: {}", status.message()),
             Err(_) => tracing::debug!("release: no answer"),
+        }
+    }
+
+    fn grpc(&self) -> CoordinatorClient<Channel> {
+        self.connection.lock().expect("nobody panics with it locked").grpc.clone()
+    }
+
+    /// After a failure: turns to the coordinator's new address if it has moved.
+    fn follow(&self) {
+        let Some(url) = self.address.now() else { return };
+        let mut connection = self.connection.lock().expect("nobody panics with it locked");
+        if url == connection.url {
+            return;
+        }
+        match Connection::new(&url) {
+            Ok(new) => {
+                tracing::info!("the coordinator has moved to {url}");
+                *connection = new;
+            }
+            Err(error) => tracing::warn!("{error}"),
         }
     }
 
@@ -200,7 +250,7 @@ impl Client {
     {
         let mut wait = FIRST_WAIT;
         loop {
-            match call(self.grpc.clone()).await {
+            match call(self.grpc()).await {
                 Ok(reply) => {
                     *self.heard.lock().expect("nobody panics with it locked") = Instant::now();
                     return Ok(Some(reply.into_inner()));
@@ -215,6 +265,7 @@ impl Client {
                         return Err(ClientError::GaveUp(silent, status.message().to_owned()));
                     }
                     tracing::debug!("{}: again in {wait:?}", status.message());
+                    self.follow();
                 }
             }
             tokio::time::sleep(jittered(wait)).await;

@@ -1,5 +1,6 @@
 //! The command line, and what becomes of it.
 
+use crate::address::Address;
 use clap::Parser;
 use std::num::NonZeroU16;
 use std::path::PathBuf;
@@ -10,9 +11,12 @@ use std::time::Duration;
 #[command(name = "runout-worker", version)]
 pub struct Options {
     /// The coordinator's address, for example http://127.0.0.1:7421
-    #[arg(long, value_name = "URL")]
-    pub coordinator: String,
-    /// Realisations at a time, one thread each [default: the number of cores]
+    #[arg(long, value_name = "URL", required_unless_present = "run_directory")]
+    pub coordinator: Option<String>,
+    /// Take the address from coordinator.addr in this run directory, wait for it, and follow it when it changes
+    #[arg(long, value_name = "DIR", conflicts_with = "coordinator")]
+    pub run_directory: Option<PathBuf>,
+    /// Realisations at a time, one thread each [default: the cores that affinity and cgroup leave to this process]
     #[arg(long, value_name = "N")]
     pub slots: Option<NonZeroU16>,
     /// Name to appear under [default: host and process number]
@@ -27,12 +31,27 @@ pub struct Options {
     /// When asked to leave, time for running realisations to finish before they are given back
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub grace: Duration,
+    /// Be gone after this time: take no realisation that would probably not be finished, let what runs finish within
+    /// the last --grace of it, and give back the rest
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub leave_after: Option<Duration>,
+    /// Leave when there has been nothing to do for this long
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub idle_leave: Option<Duration>,
     /// Leave at the end of standard input: for a worker whose parent holds the other end
     #[arg(long, hide = true)]
     pub leave_with_parent: bool,
 }
 
 impl Options {
+    /// Where the coordinator is.
+    pub fn address(&self) -> Address {
+        match (&self.run_directory, &self.coordinator) {
+            (Some(path), _) => Address::RunDirectory(path.clone()),
+            (None, url) => Address::Fixed(url.clone().unwrap_or_default()),
+        }
+    }
+
     /// Number of slots.
     pub fn slots(&self) -> u32 {
         let cores = || std::thread::available_parallelism().map_or(1, |n| n.get().min(4096) as u32);

@@ -3,6 +3,7 @@
 
 use crate::board::{Board, Held, Mode, reached};
 use crate::client::{Client, ClientError, Introduction};
+use crate::leave::Leave;
 use crate::options::Options;
 use crate::spool::Spool;
 use crate::{Prepare, Realise, heartbeat};
@@ -55,6 +56,7 @@ pub enum WorkerError {
 struct Work {
     client: Client,
     board: Arc<Board>,
+    leave: Leave,
     spool: Spool,
     realise: Realise,
 }
@@ -63,8 +65,8 @@ impl WorkerError {
     /// Whether another attempt would fare no better, so that nobody need make one.
     pub fn is_final(&self) -> bool {
         match self {
-            WorkerError::Client(ClientError::GaveUp(..)) | WorkerError::Spool { .. } => false,
-            WorkerError::System(_) => false,
+            WorkerError::Client(ClientError::GaveUp(..) | ClientError::NoAddress { .. }) => false,
+            WorkerError::Spool { .. } | WorkerError::System(_) => false,
             WorkerError::Client(_) | WorkerError::Prepare(_) | WorkerError::Kernel(_) => true,
         }
     }
@@ -84,24 +86,30 @@ pub async fn run(
     let kernel = identity::kernel()?;
     let fingerprint = identity::fingerprint(kernel);
     let introduction = Introduction { name: options.name(), slots: options.slots(), build, fingerprint };
-    let client = Client::new(&options.coordinator, introduction.clone(), options.give_up_after)?;
+    let leave = Leave::new(options.leave_after, options.idle_leave, options.grace);
+    let address = options.address();
+    let url = tokio::select! {
+        url = address.wait(options.give_up_after) => url,
+        _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
+    };
+    let url = url.ok_or_else(|| ClientError::NoAddress {
+        path: options.run_directory.clone().unwrap_or_default(),
+        waited: options.give_up_after,
+    })?;
+    let client = Client::new(address.clone(), &url, introduction.clone(), options.give_up_after)?;
     let registration = tokio::select! {
         registration = client.register(Vec::new()) => registration?,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
     };
-    tracing::info!("registered with {} as {}", options.coordinator, introduction.name);
+    tracing::info!("registered with {url} as {}, {} slots", introduction.name, introduction.slots);
     let (spec, digest) = (registration.spec.clone(), registration.digest.clone());
     let board = Arc::new(Board::new(registration));
-    let beating = heartbeat::start(
-        options.coordinator.clone(),
-        introduction.clone(),
-        options.give_up_after,
-        Arc::clone(&board),
-    )?;
+    let beating =
+        heartbeat::start(address, url, introduction.clone(), options.give_up_after, Arc::clone(&board))?;
     let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;
-    let work = Arc::new(Work { client, board, spool, realise });
+    let work = Arc::new(Work { client, board, leave, spool, realise });
 
     let leaving = tokio::spawn(leave_when_asked(Arc::clone(&work), interrupts, options.grace));
     let mut slots = JoinSet::new();
@@ -128,12 +136,17 @@ pub async fn run(
 }
 
 async fn leave_when_asked(work: Arc<Work>, mut interrupts: watch::Receiver<u32>, grace: Duration) {
-    if interrupts.wait_for(|n| *n > 0).await.is_ok() {
-        tracing::info!("asked to leave: running realisations have {grace:.0?} to finish");
-        work.board.raise(Mode::Draining);
-        tokio::time::sleep(grace).await;
-        work.board.raise(Mode::Stopping);
-    }
+    let why = tokio::select! {
+        asked = interrupts.wait_for(|n| *n > 0) => match asked {
+            Ok(_) => "asked to leave",
+            Err(_) => return,
+        },
+        why = work.leave.due(&work.board) => why,
+    };
+    tracing::info!("{why}: running realisations have {grace:.0?} to finish");
+    work.board.raise(Mode::Draining);
+    tokio::time::sleep(grace).await;
+    work.board.raise(Mode::Stopping);
 }
 
 /// Delivers what an earlier process with the same spool left behind.
@@ -162,6 +175,10 @@ async fn deliver_left_behind(work: Arc<Work>) -> Result<(), ClientError> {
 async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
     let mut mode = work.board.mode();
     loop {
+        if work.leave.is_too_late() {
+            tracing::info!("what is left of the time is too short for another realisation");
+            return Ok(());
+        }
         let id = work.board.registration().worker_id;
         let reply = tokio::select! {
             biased;
@@ -176,6 +193,10 @@ async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
             continue;
         };
         match (reply.kind(), reply.lease) {
+            // The call may have been held open for long.
+            (lease_reply::Kind::Assigned, Some(lease)) if work.leave.is_too_late() => {
+                give_back(&work, lease, None).await;
+            }
             (lease_reply::Kind::Assigned, Some(lease)) => run_lease(&work, lease).await?,
             (lease_reply::Kind::Finished, _) => {
                 tracing::info!("nothing left to do");
@@ -196,6 +217,7 @@ async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
 async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError> {
     let held = work.board.take(lease);
     let (computed, wall) = compute(work, &held, lease.index).await;
+    work.leave.note(wall);
     let broken = match computed {
         Computed::Outcome(outcome) => {
             held.reporting.store(true, Ordering::Relaxed);
@@ -220,11 +242,14 @@ async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError>
     work.board.drop_lease(lease);
     if let Some(message) = broken {
         tracing::error!("realisation {} broke: {message}", lease.index);
-        let worker_id = work.board.registration().worker_id;
-        let request = ReleaseRequest { worker_id, leases: vec![lease], error: Some(message), leaving: false };
-        work.client.release(request).await;
+        give_back(work, lease, Some(message)).await;
     }
     Ok(())
+}
+
+async fn give_back(work: &Work, lease: LeaseRef, error: Option<String>) {
+    let worker_id = work.board.registration().worker_id;
+    work.client.release(ReleaseRequest { worker_id, leases: vec![lease], error, leaving: false }).await;
 }
 
 enum Computed {

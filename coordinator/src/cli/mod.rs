@@ -16,6 +16,7 @@ mod run_records;
 pub mod serve;
 mod simulate;
 pub mod status;
+mod submit;
 mod validate;
 mod verify;
 mod workers;
@@ -25,6 +26,7 @@ use crate::local::LocalError;
 use crate::progress::Messages;
 pub use crate::progress::say;
 use crate::serve::ServeError;
+use crate::submit::SubmitError;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand};
 use serde::Serialize;
@@ -79,6 +81,8 @@ pub enum Command {
     Run(run::RunArgs),
     /// Coordinate a campaign whose workers run elsewhere
     Serve(serve::ServeArgs),
+    /// Hand a campaign to a batch system
+    Submit(submit::SubmitArgs),
     /// Show where a campaign stands
     Status(status::StatusArgs),
     /// Print every outcome of a run directory, in index order, or write it as Parquet
@@ -111,6 +115,9 @@ pub enum Failure {
     /// Local workers cannot be started.
     #[error(transparent)]
     Local(#[from] LocalError),
+    /// It cannot be submitted.
+    #[error(transparent)]
+    Submit(#[from] SubmitError),
     /// Bad usage or bad input.
     #[error("{0}")]
     Input(String),
@@ -133,6 +140,7 @@ impl Failure {
         match self {
             Failure::Load(_) | Failure::Input(_) | Failure::Local(LocalError::NoProgram(_)) => 2,
             Failure::Serve(error) => error.exit_code(),
+            Failure::Submit(error) => error.exit_code(),
             Failure::Local(_) | Failure::Work(_) | Failure::Other(_) => 1,
         }
     }
@@ -155,6 +163,7 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
         Command::Bench(arguments) => bench::bench(&arguments),
         Command::Run(arguments) => return run::main(&arguments),
         Command::Serve(arguments) => return serve::main(&arguments),
+        Command::Submit(arguments) => submit::submit(&arguments),
         Command::Status(arguments) => return status::main(&arguments),
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),

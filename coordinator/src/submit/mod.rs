@@ -1,0 +1,104 @@
+//! Campaigns handed to a batch system: the scripts of its jobs, and its refusals in words.
+//!
+//! Nothing is computed here. [`slurm`] makes the scripts and submits them; [`time_limit`] reads what users write.
+
+pub mod slurm;
+pub mod time_limit;
+
+use std::path::Path;
+use thiserror::Error;
+
+/// A campaign that cannot be submitted.
+#[derive(Debug, Error)]
+pub enum SubmitError {
+    /// A path that the batch system's own language cannot carry.
+    #[error(
+        "{path}: Slurm cannot take a path with a quotation mark, a backslash or a line break; use another directory"
+    )]
+    Path {
+        /// As given.
+        path: String,
+    },
+    /// A flag that the scripts set themselves.
+    #[error("{flag} after `--`: {instead}")]
+    Flag {
+        /// As given.
+        flag: String,
+        /// What to do instead.
+        instead: &'static str,
+    },
+    /// An earlier submission has not ended.
+    #[error(
+        "{directory}: job {job} of an earlier submission is still in the queue; look with `squeue --job {job}`, or stop it \
+         with `scancel {job}` and submit again"
+    )]
+    StillQueued {
+        /// The run directory.
+        directory: String,
+        /// Its job.
+        job: String,
+    },
+    /// The program of the batch system is not there.
+    #[error(
+        "{program} cannot be started ({why}): run this where jobs are submitted, or see the scripts with --dry-run"
+    )]
+    NoProgram {
+        /// Its name.
+        program: &'static str,
+        /// What the system said.
+        why: std::io::Error,
+    },
+    /// The batch system does not take the job.
+    #[error(
+        "sbatch refuses the {what} job ({code}): {said}\n\
+         What your site wants (--account, --partition, --qos, --mem-per-cpu ...) goes after `--`; {after}"
+    )]
+    Refused {
+        /// Which job.
+        what: &'static str,
+        /// How it ended.
+        code: String,
+        /// Its own words.
+        said: String,
+        /// What has become of what was submitted before.
+        after: String,
+    },
+    /// A script cannot be written.
+    #[error("{path}: {error}")]
+    File {
+        /// The file.
+        path: String,
+        /// What the system said.
+        error: std::io::Error,
+    },
+}
+
+impl SubmitError {
+    /// The exit code: 2 if what was asked for cannot be, 1 if it went wrong on the way.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            SubmitError::Path { .. } | SubmitError::Flag { .. } | SubmitError::NoProgram { .. } => 2,
+            SubmitError::StillQueued { .. } => 2,
+            SubmitError::Refused { .. } | SubmitError::File { .. } => 1,
+        }
+    }
+}
+
+/// A path as one word of a POSIX shell.
+pub fn shell_word(path: &Path) -> String {
+    format!("'{}'", path.display().to_string().replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_reads_a_path_back_as_it_is() {
+        for path in ["/a b/c", "/it's", "/$HOME/`x`", "/a\"b\\c", "/new\nline"] {
+            let script = format!("printf %s {}", shell_word(Path::new(path)));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
+            assert_eq!(String::from_utf8(output.stdout).unwrap(), path);
+        }
+    }
+}

@@ -5,7 +5,7 @@
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
 //!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
-//! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
+//! 3. [`fit_tables`], [`replays`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
@@ -29,6 +29,7 @@ pub mod writer;
 pub mod fit_tables;
 pub mod gallery;
 pub mod picture;
+pub mod replays;
 pub mod report;
 pub mod table;
 pub mod validation;

@@ -6,6 +6,7 @@ mod check;
 mod field;
 mod fit;
 mod init;
+mod pictures;
 mod replay;
 mod report;
 mod results;

@@ -9,7 +9,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use runout::engine::{Engine, Step};
 use runout::load::{self, Loaded};
 use runout::queue::{LeaseAnswer, Settings, WorkerId};
-use runout::report::{self, Material};
+use runout::report::{self, Material, Replays};
 use runout::run_directory::{self, Contents, RunDirectory};
 use runout::status;
 use runout::store::Store;
@@ -126,6 +126,9 @@ fn results_and_report(criterion: &mut Criterion) {
                 spec: &loaded.spec,
                 outcomes: &outcomes,
                 notes: &[],
+                prepared: None,
+                replays: &Replays::default(),
+                work: &[],
             })
         });
     });

@@ -6,7 +6,7 @@
 //! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
 //!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
 //!    [`verify`] checks; [`submit`] hands all that to a batch system.
-//! 3. [`outcomes`] is the table of results; [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
+//! 3. [`outcomes`] is the table of results; [`fit_tables`], [`replays`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
@@ -35,6 +35,7 @@ pub mod fit_tables;
 pub mod gallery;
 pub mod outcomes;
 pub mod picture;
+pub mod replays;
 pub mod report;
 pub mod table;
 pub mod validation;

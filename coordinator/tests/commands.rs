@@ -280,7 +280,7 @@ fn a_run_directory_keeps_the_surface_profile() {
     assert_eq!(spec["digest"], again.spec.digest());
     assert!(desk.said(&["replay", "run", "2", "--out", "again"]).contains("realisation 2: the same bits"));
     assert!(desk.said(&["status", "run"]).contains("realisations"));
-    desk.said(&["report", "run"]);
+    desk.said(&["report", "run", "--no-replays"]);
     let page = std::fs::read_to_string(desk.path("run/report.html")).expect("it is written");
     for input in ["layers.marl.cohesion_kpa", "obstacles[1].x_m", "The surveyed profile", "\nmarl\n"] {
         assert!(page.contains(input), "the report lacks {input}");
@@ -308,7 +308,24 @@ fn report_is_written_into_the_run_directory() {
     desk.run(|_| {});
     let said = desk.said(&["report", "run"]);
     assert!(desk.path("run/report.html").is_file() && said.contains("report.html"));
-    assert!(desk.path("run/figures/exceedance-log.svg").is_file());
+    let page = || std::fs::read_to_string(desk.path("run/report.html")).expect("it is written");
+    for figure in
+        ["exceedance-log.svg", "exceedance-log.png", "typical-displacement.png", "mean-properties.png"]
+    {
+        assert!(desk.path("run/figures").join(figure).is_file(), "{figure}");
+    }
+    let replayed = page();
+    assert!(replayed.contains("every one gave the recorded outcome bit for bit"));
+    // What was kept gives the same page, byte for byte; so does what is replayed again because it cannot be read.
+    let kept: Vec<PathBuf> = std::fs::read_dir(desk.path("run/replays"))
+        .expect("replays are kept")
+        .map(|entry| entry.expect("it can be listed").path())
+        .collect();
+    std::fs::write(&kept[0], "torn").expect("it can be written");
+    desk.said(&["report", "run"]);
+    assert_eq!(page(), replayed);
+    desk.said(&["report", "run", "--no-replays"]);
+    assert!(page().contains("need replays") && page().len() < replayed.len());
 }
 
 #[test]
@@ -319,7 +336,10 @@ fn replay_finds_the_same_bits() {
         desk.said(&["replay", "run", "2", "--out", "again"])
             .contains("realisation 2: the same bits, digest ")
     );
-    assert!(desk.path("again/displacement.png").is_file());
+    assert!(desk.path("again/displacement.png").is_file() && desk.path("again/slide.gif").is_file());
+    desk.said(&["replay", "run", "2", "--out", "other", "--colour", "speed", "--svg", "--no-animation"]);
+    assert!(desk.path("other/speed.svg").is_file() && !desk.path("other/slide.gif").exists());
+    assert!(desk.refused(&["replay", "run", "2", "--colour", "speed"], 2).contains("--out"));
     let said = desk.refused(&["replay", "run", "99"], 2);
     assert!(said.contains("realisation 99 is not stored there") && said.contains("from 0 to 7"), "{said}");
 }

@@ -1,10 +1,15 @@
 //! The report is made from any number of outcomes, and of few it says what cannot be given.
 
 use runout::load::{self, Loaded};
-use runout::report::{self, Material, Report};
+use runout::replays::profile::{Profile, Stations};
+use runout::replays::{Replay, Scene};
+use runout::report::figures::Content;
+use runout::report::{self, Material, Replays, Report, Work};
 use runout_core::gimp::Energy;
+use runout_core::gimp::Kernel;
 use runout_core::marginal::{Family, Marginal};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::realisation::Prepared;
 use std::path::Path;
 
 fn loaded() -> Loaded {
@@ -28,9 +33,9 @@ fn outcomes(count: u64) -> Vec<Outcome> {
         let measures = Measures {
             max_displacement_m: runout_m,
             displacement_q999_m: runout_m,
-            toe_advance_m: runout_m,
-            crest_retreat_m: 0.0,
-            moved_area_m2: 0.0,
+            toe_advance_m: if kind == OutcomeKind::Stable { 0.0 } else { 0.8 * runout_m },
+            crest_retreat_m: 0.3 * runout_m,
+            moved_area_m2: 5.0 * runout_m,
             deposit_height_at_toe_m: 0.0,
             time_to_rest_s: None,
         };
@@ -51,6 +56,16 @@ fn outcomes(count: u64) -> Vec<Outcome> {
 }
 
 fn of(loaded: &Loaded, outcomes: &[Outcome], notes: &[String]) -> Report {
+    with(loaded, outcomes, notes, None, &Replays::default())
+}
+
+fn with(
+    loaded: &Loaded,
+    outcomes: &[Outcome],
+    notes: &[String],
+    prepared: Option<&Prepared>,
+    replays: &Replays,
+) -> Report {
     report::report(&Material {
         campaign: &loaded.campaign,
         campaign_text: &loaded.campaign_text,
@@ -59,8 +74,31 @@ fn of(loaded: &Loaded, outcomes: &[Outcome], notes: &[String]) -> Report {
         spec: &loaded.spec,
         outcomes,
         notes,
+        prepared,
+        replays,
+        work: &[Work { worker: "a<b".to_owned(), realisations: 3, wall_s: 12.0 }],
     })
     .expect("it can be drawn")
+}
+
+/// Text of the cells of the table with this caption, row by row.
+fn cells(html: &str, caption: &str) -> Vec<Vec<String>> {
+    let table = html.split("<table>").find(|t| t.contains(&format!("<caption>{caption}"))).expect(caption);
+    let body = table.split("<tbody>").nth(1).and_then(|t| t.split("</tbody>").next()).expect("a body");
+    let text =
+        |cell: &str| cell.split('>').nth(1).and_then(|t| t.split('<').next()).unwrap_or_default().to_owned();
+    body.split("<tr")
+        .skip(1)
+        .map(|row| {
+            row.split("</t")
+                .filter(|c| c.contains("<td") || c.contains("<th"))
+                .map(|c| {
+                    let start = c.rfind("<t").unwrap_or(0);
+                    text(&c[start..])
+                })
+                .collect()
+        })
+        .collect()
 }
 
 #[test]
@@ -110,15 +148,25 @@ fn a_full_report_is_self_contained_and_the_same_every_time() {
     let outcomes = outcomes(300);
     let notes = ["realisation 9 gave <another> digest".to_owned()];
     let report = of(&loaded, &outcomes, &notes);
-    let names: Vec<&str> = report.figures.iter().map(|f| f.name).collect();
+    let names: Vec<&str> = report.figures.iter().map(|f| f.name.as_str()).collect();
     let expected = [
         "section",
-        "histogram-likelihood",
-        "histogram-moments",
-        "exceedance",
-        "exceedance-log",
+        "soil-cohesion-kpa",
+        "soil-friction-angle-deg",
+        "soil-pair-cohesion-kpa-friction-angle-deg",
+        "outcomes",
         "convergence-mean",
         "convergence-variance",
+        "convergence-cov",
+        "convergence-failure",
+        "histogram-likelihood",
+        "histogram-moments",
+        "cdf",
+        "exceedance",
+        "exceedance-log",
+        "volume",
+        "retreat",
+        "hazard-profile",
     ];
     assert_eq!(names, expected);
     for word in
@@ -130,4 +178,136 @@ fn a_full_report_is_self_contained_and_the_same_every_time() {
     let addresses = report.html.matches("http").count();
     assert_eq!(addresses, report.html.matches("http://www.w3.org/2000/svg").count());
     assert_eq!(of(&loaded, &outcomes, &notes).html, report.html);
+}
+
+/// What the page says of the samples is what the outcomes hold.
+#[test]
+fn the_pages_numbers_are_those_of_the_outcomes() {
+    let loaded = loaded();
+    let outcomes = outcomes(300);
+    let page = of(&loaded, &outcomes, &[]).html;
+    let of_kind = |kind| outcomes.iter().filter(move |o| o.outcome == kind);
+    let runouts: Vec<f64> =
+        of_kind(OutcomeKind::Runout).map(|o| o.measures.unwrap().displacement_q999_m).collect();
+    let mean = runouts.iter().sum::<f64>() / runouts.len() as f64;
+    let longest = runouts.iter().copied().fold(0.0, f64::max);
+    let card = |value: String, label: &str| format!("<div><b>{value}</b><span>{label}</span></div>");
+    for card in [
+        card(runouts.len().to_string(), "samples (slides)"),
+        card(of_kind(OutcomeKind::Stable).count().to_string(), "stable"),
+        card(of_kind(OutcomeKind::Failed).count().to_string(), "failed analyses"),
+        card(format!("{mean:.2} m"), "mean runout"),
+        card(format!("{longest:.2} m"), "longest"),
+    ] {
+        assert!(page.contains(&card), "{card}");
+    }
+    let rows = cells(&page, "Realisations by outcome");
+    assert_eq!(rows[0][1], runouts.len().to_string());
+    assert_eq!(rows[5][1], "300");
+    let listed = of_kind(OutcomeKind::Failed).map(|o| o.index.to_string()).collect::<Vec<_>>().join(", ");
+    assert!(page.contains(&format!("failed, left-grid: realisations {listed}.")));
+    let moved = cells(&page, "In the samples");
+    assert_eq!(moved[0][6], format!("{:.2}", 5.0 * longest));
+}
+
+/// Counted again here: the front is 0.8 of the runout, and stable slopes reach nothing.
+#[test]
+fn the_profile_along_the_ground_falls_and_is_the_count_of_the_fronts() {
+    let loaded = loaded();
+    let outcomes = outcomes(300);
+    let page = of(&loaded, &outcomes, &[]).html;
+    let rows = cells(&page, "Along the ground in front of the toe");
+    assert!(rows.len() > 4, "{rows:?}");
+    let decided: Vec<&Measures> = outcomes
+        .iter()
+        .filter(|o| o.outcome != OutcomeKind::Failed)
+        .filter_map(|o| o.measures.as_ref())
+        .collect();
+    let mut before = u64::MAX;
+    for row in &rows {
+        let distance_m: f64 = row[0].parse().expect("a distance");
+        let hits = decided.iter().filter(|m| m.toe_advance_m > distance_m).count() as u64;
+        assert_eq!(row[1], hits.to_string(), "{row:?}");
+        assert!(hits <= before);
+        before = hits;
+    }
+    assert_eq!(rows[0][1], "234");
+}
+
+fn replay(loaded: &Loaded, outcome: &Outcome, depth_m: f64) -> Replay {
+    let scene = Scene {
+        x0: vec![-1.0, -2.0],
+        y0: vec![0.5, 0.5],
+        x: vec![1.0, -2.0],
+        y: vec![0.2, 0.5],
+        plastic_strain: vec![0.3, 0.0],
+        time_s: 4.0,
+    };
+    let columns = Stations::of(&loaded.spec.model).count;
+    let profile = Profile { depth_m: vec![depth_m; columns], speed_m_s: vec![2.0 * depth_m; columns] };
+    Replay { outcome: outcome.clone(), profile, scene: Some(scene) }
+}
+
+#[test]
+fn replays_give_depths_pictures_and_a_word_on_what_differs() {
+    let loaded = loaded();
+    let outcomes = outcomes(60);
+    let prepared = Prepared::new(loaded.spec.clone(), Kernel::best()).expect("the example is sound");
+    let samples: Vec<u64> =
+        outcomes.iter().filter(|o| o.outcome == OutcomeKind::Runout).map(|o| o.index).collect();
+    let mut replays = Replays { profiled: samples.clone(), ..Replays::default() };
+    for (place, index) in samples.iter().enumerate() {
+        replays.realisations.insert(*index, replay(&loaded, &outcomes[*index as usize], place as f64));
+    }
+    replays.mean_properties = Some(replay(&loaded, &outcomes[0], 1.0));
+    let report = with(&loaded, &outcomes, &[], Some(&prepared), &replays);
+    let rows = cells(&report.html, "Along the ground in front of the toe");
+    let n = samples.len();
+    assert_eq!(rows[0][4], format!("{:.2}", n.div_ceil(2) as f64 - 1.0));
+    assert_eq!(rows[0][8], format!("{:.2}", 2.0 * ((0.9 * n as f64).ceil() - 1.0)));
+    let pictures: Vec<&str> = report
+        .figures
+        .iter()
+        .filter(|f| matches!(f.content, Content::Picture(_)))
+        .map(|f| f.name.as_str())
+        .collect();
+    assert_eq!(
+        pictures[..4],
+        ["typical-fields", "typical-plastic-strain", "typical-displacement", "slide-1"]
+    );
+    assert!(pictures.contains(&"mean-properties") && report.figures.iter().any(|f| f.name == "sensitivity"));
+    assert!(report.html.contains("every one gave the recorded outcome bit for bit"));
+    let mean_m = outcomes[0].measures.unwrap().displacement_q999_m;
+    let beyond = samples
+        .iter()
+        .filter(|i| outcomes[**i as usize].measures.unwrap().displacement_q999_m > mean_m)
+        .count();
+    assert!(report.html.contains(&format!("<strong>{beyond}</strong> of the {n} samples go")));
+
+    replays.realisations.get_mut(&samples[3]).expect("it was replayed").outcome.digest = "0".repeat(32);
+    let page = with(&loaded, &outcomes, &[], Some(&prepared), &replays).html;
+    assert!(page.contains(&format!("gave another outcome than the recorded one: {}.", samples[3])));
+}
+
+/// Every chart is well-formed, and everybody can tell what a figure shows: it has words, and its name stands in the page.
+#[test]
+fn figures_are_well_formed_and_have_words() {
+    let loaded = loaded();
+    let report = of(&loaded, &outcomes(300), &[]);
+    for figure in &report.figures {
+        let Content::Chart { svg, png } = &figure.content else { continue };
+        let document = roxmltree::Document::parse(svg).unwrap_or_else(|e| panic!("{}: {e}", figure.name));
+        assert_eq!(document.root_element().tag_name().name(), "svg");
+        assert!(png.starts_with(b"\x89PNG"));
+        assert!(!figure.alt.is_empty() && figure.caption.ends_with('.'), "{}", figure.name);
+    }
+    let count = report.html.matches("<figure").count();
+    assert_eq!(count, report.figures.len());
+    assert_eq!(report.html.matches("role=\"img\" aria-label=\"").count(), count);
+    for table in report.html.split("<table>").skip(1) {
+        assert!(table.contains("<th scope=\"col\"") && table.contains("<th scope=\"row\""), "{table}");
+    }
+    for target in report.html.split("<a href=\"#").skip(1).filter_map(|t| t.split('"').next()) {
+        assert!(report.html.contains(&format!("id=\"{target}\"")), "{target}");
+    }
 }

@@ -19,6 +19,12 @@ pub enum Purpose {
     ReportBootstrap,
     /// Which realisations are audited on a second worker.
     Audit,
+    /// Which samples the report replays.
+    ReportReplays,
+    /// Which realisations the report relates to their fields.
+    ReportSensitivity,
+    /// Draws from the fitted distributions in the report's figures.
+    ReportScatter,
 }
 
 impl Purpose {
@@ -29,6 +35,9 @@ impl Purpose {
             Purpose::GoodnessOfFit => 2,
             Purpose::ReportBootstrap => 3,
             Purpose::Audit => 4,
+            Purpose::ReportReplays => 5,
+            Purpose::ReportSensitivity => 6,
+            Purpose::ReportScatter => 7,
         }
     }
 }

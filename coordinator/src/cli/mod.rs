@@ -7,6 +7,7 @@ mod explain;
 mod field;
 mod fit;
 mod init;
+mod pictures;
 mod replay;
 mod report;
 mod results;

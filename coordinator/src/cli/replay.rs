@@ -1,9 +1,10 @@
 //! `runout replay`: re-runs one stored realisation from its seed and compares the bits.
 
 use super::analysis::{prepare, watch};
+use super::pictures::PictureArguments;
 use super::{Failure, index, print, run_records::RunRecords};
 use crate::difference;
-use crate::gallery::Gallery;
+use crate::gallery::GalleryError;
 use crate::store::log::Record;
 use clap::Args;
 use runout_core::outcome::{Outcome, Reason};
@@ -18,16 +19,18 @@ pub struct ReplayArguments {
     /// Index of the realisation
     #[arg(value_parser = index, allow_negative_numbers = true)]
     index: u64,
-    /// Write a ParaView series and pictures into this directory
+    /// Write a ParaView series (.pvd, .vtu), pictures (.png) and an animation (.gif) into this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    pictures: PictureArguments,
 }
 
 /// Time between two moments of the series, s.
 const EVERY_S: f64 = 0.25;
 
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
-    let ReplayArguments { dir, index, out } = arguments;
+    let ReplayArguments { dir, index, out, pictures } = arguments;
     let run = RunRecords::read(dir)?;
     let record = run.view.records.iter().find(|r| r.outcome.index == *index).ok_or_else(|| {
         Failure::Input(format!(
@@ -42,9 +45,8 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
         )));
     }
     let prepared = prepare(&run.view.spec)?;
-    let failed = |e: crate::gallery::GalleryError| Failure::Work(e.to_string());
-    let refused = |e: crate::gallery::GalleryError| Failure::Input(e.to_string());
-    let mut gallery = out.as_deref().map(Gallery::new).transpose().map_err(refused)?;
+    let failed = |e: GalleryError| Failure::Work(e.to_string());
+    let mut gallery = pictures.gallery(out.as_deref())?;
     let every_s = if gallery.is_some() { EVERY_S } else { f64::INFINITY };
     let watched = watch(&prepared, Source::Index(*index), every_s, &mut |snapshot| {
         if let Some(gallery) = &mut gallery {

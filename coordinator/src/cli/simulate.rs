@@ -1,8 +1,9 @@
 //! `runout simulate`: one analysis, with pictures and a ParaView series if asked for.
 
 use super::analysis::{Watched, prepare, watch};
+use super::pictures::PictureArguments;
 use super::{Failure, index, print, print_json};
-use crate::gallery::Gallery;
+use crate::gallery::GalleryError;
 use crate::load;
 use crate::overrides::Override;
 use crate::table::{list, significant};
@@ -20,9 +21,11 @@ pub struct SimulateArguments {
     campaign: PathBuf,
     #[command(flatten)]
     source: SourceArguments,
-    /// Write a ParaView series (.pvd, .vtu) and pictures (.png) into this directory
+    /// Write a ParaView series (.pvd, .vtu), pictures (.png) and an animation (.gif) into this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    pictures: PictureArguments,
     /// Time between two moments of the series, s
     #[arg(long, value_name = "S", default_value = "0.25", requires = "out", value_parser = positive)]
     every: f64,
@@ -90,9 +93,8 @@ pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
         Source::Index(index) => format!("{}, realisation {index}", loaded.campaign.name),
         Source::Deterministic => format!("{}, mean properties", loaded.campaign.name),
     };
-    let failed = |e: crate::gallery::GalleryError| Failure::Work(e.to_string());
-    let refused = |e: crate::gallery::GalleryError| Failure::Input(e.to_string());
-    let mut gallery = arguments.out.as_deref().map(Gallery::new).transpose().map_err(refused)?;
+    let failed = |e: GalleryError| Failure::Work(e.to_string());
+    let mut gallery = arguments.pictures.gallery(arguments.out.as_deref())?;
     let every_s = if gallery.is_some() { arguments.every } else { f64::INFINITY };
     let watched = watch(&prepared, source, every_s, &mut |snapshot| {
         if let Some(gallery) = &mut gallery {

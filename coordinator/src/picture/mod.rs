@@ -1,11 +1,13 @@
-//! Pictures: soil coloured by a quantity ([`soil`]) in its [`setting`], the [`section`] as given, and charts ([`chart`]),
-//! as PNG or SVG, with fonts of our own so that the host needs none.
+//! Pictures: soil coloured by a quantity ([`soil`]) in its [`setting`], moving ([`animation`]), the [`section`] as given, and
+//! charts ([`chart`], [`forest`]), as PNG, SVG or GIF, with fonts of our own so that the host needs none.
 //!
 //! Everything is drawn on a canvas of whole pixels at the scale of a 2000-pixel-wide page; a picture on paper or on
 //! a page is that canvas shrunk.
 
+pub mod animation;
 pub mod axes;
 pub mod chart;
+pub mod forest;
 pub mod section;
 pub mod setting;
 pub mod soil;
@@ -13,7 +15,7 @@ pub mod soil;
 use plotters::backend::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
-use plotters::element::{PathElement, Polygon, Rectangle, Text};
+use plotters::element::{Circle, PathElement, Polygon, Rectangle, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle, register_font};
 use std::fmt::Display;
@@ -55,17 +57,26 @@ pub trait Draw {
     fn draw<B: DrawingBackend>(&self, canvas: &Canvas<'_, B>) -> Result<(), PictureError>;
 }
 
-/// The picture as a PNG file's bytes.
+/// The picture as rows of red, green and blue bytes, with its width and height.
 ///
 /// # Errors
-/// The backend's, or the encoder's.
-pub fn png(picture: &impl Draw) -> Result<Vec<u8>, PictureError> {
+/// The backend's.
+pub fn pixels(picture: &impl Draw) -> Result<(Vec<u8>, (u32, u32)), PictureError> {
     let (width, height) = picture.size();
     let mut pixels = vec![255; width as usize * height as usize * 3];
     {
         let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
         Canvas::on(&area)?.render(picture)?;
     }
+    Ok((pixels, (width, height)))
+}
+
+/// The picture as a PNG file's bytes.
+///
+/// # Errors
+/// The backend's, or the encoder's.
+pub fn png(picture: &impl Draw) -> Result<Vec<u8>, PictureError> {
+    let (pixels, (width, height)) = pixels(picture)?;
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
@@ -135,6 +146,15 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
     ) -> Result<(), PictureError> {
         let style = ShapeStyle { color: colour.mix(opacity), filled: true, stroke_width: 0 };
         self.area.draw(&Rectangle::new([from, to], style)).map_err(PictureError::from)
+    }
+
+    /// A filled disc.
+    ///
+    /// # Errors
+    /// The backend's.
+    pub fn dot(&self, at: (i32, i32), radius: i32, colour: RGBColor) -> Result<(), PictureError> {
+        let style = ShapeStyle { color: colour.to_rgba(), filled: true, stroke_width: 0 };
+        self.area.draw(&Circle::new(at, radius, style)).map_err(PictureError::from)
     }
 
     /// A line through points.

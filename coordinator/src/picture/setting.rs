@@ -17,6 +17,10 @@ const SOIL: RGBColor = RGBColor(0xb0, 0x8d, 0x57);
 /// Layers' boundaries, on soil of any colour.
 const BOUNDARY: RGBColor = RGBColor(0xf4, 0xf4, 0xf4);
 
+/// Opacity of free water, and of the ground before failure.
+const FLOOD: f64 = 0.18;
+const GROUND: f64 = 0.35;
+
 /// Places along the section at which lines are compared: a few to each pixel column's width.
 const PLACES: usize = 800;
 
@@ -82,6 +86,16 @@ impl Setting {
         }
     }
 
+    /// The colours it is drawn with, as they look on white.
+    pub(super) fn colours(&self) -> [RGBColor; 8] {
+        let pale = |c: RGBColor, share: f64| {
+            let mix = |v: u8| (255.0 + (f64::from(v) - 255.0) * share).round() as u8;
+            RGBColor(mix(c.0), mix(c.1), mix(c.2))
+        };
+        let flood = pale(WATER, FLOOD);
+        [INK, RIGID, BELOW_BASE, GROUND_BEFORE, BOUNDARY, WATER, flood, pale(SOIL, GROUND)]
+    }
+
     /// What its lines mean.
     pub fn legend(&self) -> String {
         let mut legend = "dashed: ground before".to_owned();
@@ -103,7 +117,7 @@ impl Setting {
         let ends = self.ground.first().zip(self.ground.last());
         let base = ends.into_iter().flat_map(|(first, last)| [(last.0, self.base_m), (first.0, self.base_m)]);
         let outline = self.ground.iter().copied().chain(base).map(|(x, y)| frame.point(x, y));
-        canvas.polygon(outline.collect(), SOIL, 0.35)
+        canvas.polygon(outline.collect(), SOIL, GROUND)
     }
 
     /// Everything that must fit into a picture.
@@ -123,7 +137,7 @@ impl Setting {
             let (Some(first), Some(last)) = (ground.first(), ground.last()) else { continue };
             let surface = [frame.point(first.0, level), frame.point(last.0, level)];
             let bottom = ground.iter().rev().map(|&(x, y)| frame.point(x, y));
-            canvas.polygon(surface.into_iter().chain(bottom).collect(), WATER, 0.18)?;
+            canvas.polygon(surface.into_iter().chain(bottom).collect(), WATER, FLOOD)?;
             canvas.path(surface.to_vec(), WATER, 3)?;
         }
         Ok(())
@@ -137,7 +151,7 @@ impl Setting {
     ) -> Result<(), PictureError> {
         let Some(level) = self.free_water_m else { return Ok(()) };
         let (top, bottom) = (frame.point(frame.x.low, level), frame.point(frame.x.high, self.base_m));
-        canvas.rectangle(top, bottom, WATER, 0.18)?;
+        canvas.rectangle(top, bottom, WATER, FLOOD)?;
         canvas.path(vec![top, (bottom.0, top.1)], WATER, 3)
     }
 

@@ -21,6 +21,8 @@ const TALLEST_PANEL_PX: f64 = 1100.0;
 const OVERLAP: f64 = 1.1;
 /// The same for the squares drawn first, which fill what sheared soil would show of the page between its points.
 const UNDERLAY: f64 = 1.8;
+/// Longest scale bar, as a share of the picture's width.
+const SCALE_SHARE: f64 = 0.16;
 /// Room around the material, m per m of its height.
 const MARGIN_SHARE: f64 = 0.07;
 
@@ -39,6 +41,25 @@ pub struct SoilPicture<'a> {
     pub point_size_m: f64,
     /// Quantities, from top to bottom.
     pub panels: Vec<Panel<'a>>,
+    /// What is shown, m; absent: everything drawn. The same for all pictures of an animation.
+    pub view: Option<View>,
+}
+
+/// A rectangle of the section, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Left and right end.
+    pub x: (f64, f64),
+    /// Lower and upper end.
+    pub y: (f64, f64),
+}
+
+impl View {
+    /// The smallest view that holds both.
+    pub fn and(self, other: View) -> View {
+        let both = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
+        View { x: both(self.x, other.x), y: both(self.y, other.y) }
+    }
 }
 
 /// A quantity on the points.
@@ -70,8 +91,13 @@ pub fn range(values: &[f64], from_zero: bool) -> (f64, f64) {
 }
 
 impl SoilPicture<'_> {
+    /// What is shown.
+    pub fn view(&self) -> View {
+        self.view.unwrap_or_else(|| self.everything())
+    }
+
     /// Horizontal and vertical range of everything drawn, m.
-    fn extent(&self) -> ((f64, f64), (f64, f64)) {
+    fn everything(&self) -> View {
         let xs =
             self.panels.iter().flat_map(|p| p.x.iter().copied()).chain(self.setting.corners().map(|c| c.0));
         let ys =
@@ -83,25 +109,30 @@ impl SoilPicture<'_> {
         };
         let (x, y) = (span(&mut { xs }), span(&mut { ys }));
         if !(x.0.is_finite() && y.0.is_finite()) {
-            return ((0.0, 1.0), (0.0, 1.0));
+            return View { x: (0.0, 1.0), y: (0.0, 1.0) };
         }
         let margin = MARGIN_SHARE * (y.1 - y.0).max(self.point_size_m);
         let half = self.point_size_m / 2.0;
-        (
-            (x.0 - half, x.1 + half + margin),
-            (y.0.min(self.setting.base_m) - margin / 2.0, y.1 + half + margin),
-        )
+        View {
+            x: (x.0 - half, x.1 + half + margin),
+            y: (y.0.min(self.setting.base_m) - margin / 2.0, y.1 + half + margin),
+        }
+    }
+
+    /// Colours besides the panels' gradients, for formats that have few.
+    pub(super) fn setting_colours(&self) -> Vec<[u8; 3]> {
+        self.setting.colours().map(|c| [c.0, c.1, c.2]).to_vec()
     }
 
     /// Pixels per metre.
     fn scale(&self) -> f64 {
-        let ((x0, x1), (y0, y1)) = self.extent();
+        let View { x: (x0, x1), y: (y0, y1) } = self.view();
         let by_width = f64::from(WIDTH_PX - LEFT_PX - RIGHT_PX) / (x1 - x0);
         by_width.min(TALLEST_PANEL_PX / (y1 - y0))
     }
 
     fn panel_height(&self) -> i32 {
-        let (_, (y0, y1)) = self.extent();
+        let View { y: (y0, y1), .. } = self.view();
         (self.scale() * (y1 - y0)).round() as i32
     }
 
@@ -111,7 +142,7 @@ impl SoilPicture<'_> {
         panel: &Panel<'_>,
         top: i32,
     ) -> Result<(), PictureError> {
-        let ((x0, x1), (y0, y1)) = self.extent();
+        let View { x: (x0, x1), y: (y0, y1) } = self.view();
         let frame = Frame {
             left: LEFT_PX,
             top,
@@ -132,6 +163,7 @@ impl SoilPicture<'_> {
         self.setting.draw_over(canvas, &frame)?;
         frame.draw_edges(canvas)?;
         frame.draw(canvas, false)?;
+        draw_scale(canvas, &frame)?;
         draw_bar(canvas, panel, &frame)
     }
 
@@ -175,6 +207,20 @@ impl Draw for SoilPicture<'_> {
         }
         Ok(())
     }
+}
+
+/// A bar of round length in the frame's upper right corner, where the air in front of the slope is.
+fn draw_scale<B: DrawingBackend>(canvas: &Canvas<'_, B>, frame: &Frame) -> Result<(), PictureError> {
+    let width_m = frame.x.high - frame.x.low;
+    let length_m = round_ticks(0.0, SCALE_SHARE * width_m, 3).last().copied().unwrap_or(1.0);
+    let length_px = (length_m / width_m * f64::from(frame.right - frame.left)).round() as i32;
+    let (right, y) = (frame.right - 24, frame.top + 20);
+    canvas.path(vec![(right - length_px, y), (right, y)], INK, 5)?;
+    for end in [right - length_px, right] {
+        canvas.path(vec![(end, y - 9), (end, y + 9)], INK, 3)?;
+    }
+    let at = (right - length_px / 2, y + 30);
+    canvas.text(&format!("{length_m} m"), at, TEXT_PX, INK, Anchor::Centre)
 }
 
 /// The colour bar at the frame's right, with the quantity's name.

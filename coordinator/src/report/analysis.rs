@@ -3,12 +3,14 @@
 //! With few samples many of them cannot be given; they are absent then, and the page says so.
 
 use super::families::{self, FittedFamily, Sensitivity};
+use super::picks::{self, Pick};
+use super::reach::{self, Reach};
 use runout_core::campaign::Campaign;
 use runout_core::estimate::exceedance::{self, EmpiricalDistance, Point};
 use runout_core::estimate::interval::{self, Interval};
 use runout_core::estimate::moments::Moments;
 use runout_core::estimate::{Decision, Estimate, Estimator};
-use runout_core::outcome::{Outcome, OutcomeKind};
+use runout_core::outcome::{Measures, Outcome, OutcomeKind};
 
 /// Exceedance probabilities whose distances the report gives.
 pub const PROBABILITIES: [f64; 3] = [0.1, 0.01, 0.001];
@@ -25,8 +27,12 @@ pub struct Analysis {
     pub decision: Decision,
     /// The samples, m, in index order.
     pub samples_m: Vec<f64>,
-    /// Convergence of mean and standard deviation.
+    /// Index of each sample's realisation.
+    pub indices: Vec<u64>,
+    /// Convergence of mean, variance and coefficient of variation.
     pub convergence: Vec<ConvergencePoint>,
+    /// Probability of failure after some realisations.
+    pub failure: Vec<FailurePoint>,
     /// Empirical exceedance curve.
     pub curve: Vec<Point>,
     /// The families fitted to the samples; empty if there are too few.
@@ -35,6 +41,14 @@ pub struct Analysis {
     pub distances: Vec<Distance>,
     /// Realisations to name: failed analyses and samples still moving at the end, with their reasons.
     pub remarkable: Vec<(u64, OutcomeKind, &'static str)>,
+    /// How far in front of the toe, and behind the crest, the ground is reached.
+    pub reach: Reach,
+    /// Areas that moved in the samples, m2.
+    pub moved_areas_m2: Vec<f64>,
+    /// Retreats of the crest in the samples, m.
+    pub retreats_m: Vec<f64>,
+    /// The samples that are shown: median, tail, longest.
+    pub picks: Vec<Pick>,
 }
 
 /// Mean and variance after some samples, with intervals.
@@ -42,6 +56,8 @@ pub struct Analysis {
 pub struct ConvergencePoint {
     /// Samples.
     pub samples: u64,
+    /// Realisations up to the last of them.
+    pub realisations: u64,
     /// Mean, m.
     pub mean_m: f64,
     /// Interval of the mean, m.
@@ -50,6 +66,19 @@ pub struct ConvergencePoint {
     pub variance_m2: f64,
     /// Interval of the variance, m2.
     pub variance_interval_m2: Option<Interval>,
+    /// Coefficient of variation.
+    pub cov: f64,
+}
+
+/// The probability of failure after some realisations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FailurePoint {
+    /// Realisations that are samples or stable.
+    pub realisations: u64,
+    /// Share of samples among them.
+    pub probability: f64,
+    /// Its Clopper-Pearson interval.
+    pub interval: Interval,
 }
 
 /// The distance that is exceeded with a given probability.
@@ -79,6 +108,9 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
     }
     let estimate = estimator.estimate();
     let samples_m = estimator.samples_m().to_vec();
+    let prefix = &outcomes[..estimator.realisations().min(outcomes.len() as u64) as usize];
+    let samples = samples(campaign, prefix);
+    let indices: Vec<u64> = samples.iter().map(|(index, _)| *index).collect();
     let families = families::fit(&samples_m, campaign.seed, estimate.confidence);
     let best = families.iter().find(|f| f.best);
     let distances = PROBABILITIES
@@ -99,10 +131,16 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
         })
         .collect();
     Analysis {
-        convergence: convergence(&samples_m, estimate.confidence),
+        convergence: convergence(&samples_m, &indices, estimate.confidence),
+        failure: failure(prefix, &indices, estimate.confidence),
         curve: exceedance::curve(&samples_m, estimate.stable, estimate.confidence),
         decision: estimator.decision(),
-        remarkable: remarkable(&outcomes[..estimator.realisations().min(outcomes.len() as u64) as usize]),
+        remarkable: remarkable(prefix),
+        reach: reach::reach(prefix, estimate.confidence),
+        moved_areas_m2: samples.iter().map(|(_, m)| m.moved_area_m2).collect(),
+        retreats_m: samples.iter().map(|(_, m)| m.crest_retreat_m).collect(),
+        picks: picks::picks(&indices, &samples_m),
+        indices,
         estimate,
         samples_m,
         families,
@@ -110,26 +148,65 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
     }
 }
 
-fn convergence(samples_m: &[f64], confidence: f64) -> Vec<ConvergencePoint> {
-    let every = samples_m.len().div_ceil(CURVE_POINTS).max(1);
+/// The samples as the estimator counts them: slopes that failed, with a finite measure.
+fn samples<'a>(campaign: &Campaign, outcomes: &'a [Outcome]) -> Vec<(u64, &'a Measures)> {
+    let measure = campaign.model.sample.measure;
+    outcomes
+        .iter()
+        .filter(|o| o.outcome == OutcomeKind::Runout)
+        .filter_map(|o| o.measures.as_ref().map(|m| (o.index, m)))
+        .filter(|(_, m)| measure.of(m).is_finite())
+        .collect()
+}
+
+/// Whether the `place`-th of `count` points of a curve is among those shown.
+fn is_shown(place: usize, count: usize) -> bool {
+    let every = count.div_ceil(CURVE_POINTS).max(1);
+    (place + 1).is_multiple_of(every) || place + 1 == count
+}
+
+fn convergence(samples_m: &[f64], indices: &[u64], confidence: f64) -> Vec<ConvergencePoint> {
     let mut moments = Moments::default();
     let mut points = Vec::new();
-    for (i, &sample) in samples_m.iter().enumerate() {
+    for (i, (&sample, &index)) in samples_m.iter().zip(indices).enumerate() {
         moments.push(sample);
-        let shown = (i + 1) % every == 0 || i + 1 == samples_m.len();
-        let (Some(mean_m), Some(variance_m2), true) = (moments.mean(), moments.variance(), shown) else {
+        let (Some(mean_m), Some(variance_m2), true) =
+            (moments.mean(), moments.variance(), is_shown(i, samples_m.len()))
+        else {
             continue;
         };
         points.push(ConvergencePoint {
             samples: moments.count(),
+            realisations: index + 1,
             mean_m,
             mean_interval_m: interval::mean(&moments, confidence),
             variance_m2,
             variance_interval_m2: interval::sd(&moments, confidence)
                 .map(|[low, high]| [low * low, high * high]),
+            cov: variance_m2.sqrt() / mean_m,
         });
     }
     points
+}
+
+fn failure(outcomes: &[Outcome], samples: &[u64], confidence: f64) -> Vec<FailurePoint> {
+    let decided: Vec<u64> = outcomes
+        .iter()
+        .filter(|o| o.outcome == OutcomeKind::Stable || samples.binary_search(&o.index).is_ok())
+        .map(|o| o.index)
+        .collect();
+    let shown = (0..decided.len()).filter(|i| is_shown(*i, decided.len()));
+    shown
+        .filter_map(|i| {
+            let hits = samples.partition_point(|index| *index <= decided[i]) as u64;
+            let realisations = i as u64 + 1;
+            Some(FailurePoint {
+                realisations,
+                probability: hits as f64 / realisations as f64,
+                interval: interval::probability(hits, realisations, confidence)?,
+            })
+        })
+        .collect()
 }
 
 fn remarkable(outcomes: &[Outcome]) -> Vec<(u64, OutcomeKind, &'static str)> {

@@ -1,9 +1,9 @@
 //! The answer in plain words: what was asked, what came out, and what that rests on.
 
-use super::Material;
 use super::analysis::{Analysis, Distance};
 use super::html::{escape, paragraph};
 use super::page::{interval, metres, optional_interval, percent};
+use super::{Findings, Material};
 use crate::table::significant;
 use runout_core::campaign::RunoutMeasure;
 use runout_core::estimate::interval::Interval;
@@ -19,7 +19,8 @@ const FEW_BEYOND: u64 = 5;
 const MANY_MOVING: f64 = 0.05;
 
 /// The box at the top of the page.
-pub(super) fn answer(material: &Material<'_>, analysis: &Analysis) -> String {
+pub(super) fn answer(material: &Material<'_>, found: &Findings) -> String {
+    let analysis = &found.analysis;
     let slope = &material.campaign.model.slope;
     let tests = material.fit.tests.map_or_else(
         || "the given distributions".to_owned(),
@@ -36,7 +37,16 @@ pub(super) fn answer(material: &Material<'_>, analysis: &Analysis) -> String {
     if let Some(words) = unconditional_in_words(analysis) {
         html.push_str(&paragraph(words));
     }
+    if let Some(words) = ground_in_words(found) {
+        html.push_str(&paragraph(words));
+    }
     html.push_str(&paragraph(format!("<b>It rests on</b> {}", rests_on(material, analysis))));
+    if !found.differing.is_empty() {
+        html.push_str(&paragraph(format!(
+            "<b>Note:</b> {} replayed realisations gave another outcome than the recorded one; see the last section.",
+            found.differing.len()
+        )));
+    }
     for note in material.notes {
         html.push_str(&paragraph(format!("<b>Note:</b> {}", escape(note))));
     }
@@ -142,6 +152,34 @@ fn unconditional_in_words(analysis: &Analysis) -> Option<String> {
             parts.join(", ")
         )
     })
+}
+
+/// What it means on the ground, and how the deterministic run compares.
+fn ground_in_words(found: &Findings) -> Option<String> {
+    let analysis = &found.analysis;
+    if analysis.estimate.samples == 0 {
+        return None;
+    }
+    let place = 0.5 * analysis.reach.farthest_m();
+    let half_way = analysis.reach.in_front(place)?;
+    let mut text = format!(
+        "On the ground, the front of the slide reaches {} m in front of the toe in {} of all realisations ({}); the farthest \
+         front of all came {} m.",
+        metres(place),
+        percent(half_way.share),
+        interval(half_way.interval, percent),
+        metres(analysis.reach.farthest_m()),
+    );
+    if let Some(run) = &found.mean_run {
+        let _ = write!(
+            text,
+            " A single analysis with mean properties {} {} m, and {} of the slides go farther.",
+            if run.failed { "runs" } else { "is stable with" },
+            metres(run.runout_m),
+            percent(run.share)
+        );
+    }
+    Some(text)
 }
 
 fn rests_on(material: &Material<'_>, analysis: &Analysis) -> String {

@@ -1,6 +1,8 @@
 //! The few pieces of HTML that the report is made of, and its style sheet.
 
+use super::figures::{Content, Figure};
 use crate::table::{Table, significant};
+use base64::Engine;
 use std::fmt::Display;
 
 /// Style sheet: readable on a screen, light or dark, and on paper.
@@ -26,19 +28,30 @@ p{margin:.5rem 0;max-width:48rem}
 table{border-collapse:collapse;font-size:.87rem;font-variant-numeric:tabular-nums;margin:.6rem 0 1rem}
 th,td{padding:.28rem .6rem;text-align:right;border-bottom:1px solid var(--grid);white-space:nowrap}
 th{font-weight:600;color:var(--grey);white-space:normal;vertical-align:bottom}
+tbody th{font-weight:400;color:var(--ink);white-space:nowrap}
 th:first-child,td:first-child{text-align:left;padding-left:0}
 th.text,td.text{text-align:left}
 td.long{text-align:left;white-space:normal;min-width:12rem}
-tr.best td{font-weight:600}
+tr.best td,tr.best th{font-weight:600}
+caption{text-align:left;color:var(--grey);padding-bottom:.3rem;max-width:48rem}
 figure{margin:1rem 0;break-inside:avoid}
-figure svg{display:block;width:100%;height:auto;color:var(--ink)}
-figcaption{color:var(--grey);font-size:.9rem;max-width:48rem}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(24rem,1fr));gap:1rem}
+figure svg,figure img{display:block;width:100%;height:auto;color:var(--ink)}
+figure img{background:#fff;padding:.3rem}
+figcaption{color:var(--grey);font-size:.9rem;max-width:48rem;margin-top:.25rem}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(24rem,100%),1fr));gap:0 1.2rem}
+nav ol{columns:2;padding-left:1.3rem;margin:.6rem 0}
+nav a,p a{color:var(--accent)}
+a:focus-visible,.scroll:focus-visible,summary:focus-visible{outline:2px solid var(--accent);outline-offset:2px}
 code,pre{font-family:ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;font-size:.86em}
 pre{background:var(--panel);padding:.8rem 1rem;overflow-x:auto}
 code{overflow-wrap:anywhere}
-@media print{:root{--ink:#000;--page:#fff;--panel:#f3f3f3;--grid:#ccc;--grey:#444}
-body{max-width:none;padding:0;font-size:10.5pt}h2,h3{break-after:avoid}tr{break-inside:avoid}thead{display:table-header-group}.scroll{overflow:visible}}
+@media(max-width:34rem){body{padding:1.2rem .8rem 3rem;font-size:15px}nav ol{columns:1}h1{font-size:1.5rem}}
+@page{size:A4;margin:15mm 14mm}
+@media print{:root{color-scheme:light;--ink:#000;--page:#fff;--panel:#f3f3f3;--grid:#ccc;--grey:#444;--accent:#0072b2}
+body{max-width:none;padding:0;font-size:9.5pt}h2,h3{break-after:avoid}h2{margin-top:1.6rem}p{orphans:3;widows:3}tr{break-inside:avoid}\
+thead{display:table-header-group}.scroll{overflow:visible}table{font-size:7.8pt}th,td{padding:.2rem .35rem}nav{display:none}\
+.numbers,.answer{break-inside:avoid}.pair{grid-template-columns:1fr 1fr}figure.tall img,figure.tall svg{max-height:235mm;width:auto;max-width:100%;margin:auto}\
+details::details-content{content-visibility:visible;height:auto}summary{list-style:none;font-weight:600}pre{white-space:pre-wrap}}
 ";
 
 /// Significant digits of the numbers of [`from_table`].
@@ -56,23 +69,44 @@ pub fn paragraph(html: impl Display) -> String {
     format!("<p>{html}</p>\n")
 }
 
-/// A table of plain text; rows for which the flag is set stand out.
+/// A table under its caption, which also names the region that the keyboard scrolls.
+pub fn captioned(caption: &str, table: &str) -> String {
+    let caption = escape(caption);
+    table
+        .replacen(
+            "<div class=\"scroll\" ",
+            &format!("<div class=\"scroll\" role=\"region\" aria-label=\"{caption}\" "),
+            1,
+        )
+        .replacen("<table>", &format!("<table><caption>{caption}</caption>"), 1)
+}
+
+/// A table of plain text, the first column heading the rows; rows for which the flag is set stand out.
 pub fn table(header: &[&str], rows: &[(bool, Vec<String>)]) -> String {
-    let mut html = String::from("<div class=\"scroll\"><table><thead><tr>");
+    // The keyboard scrolls what it can reach.
+    let mut html = String::from("<div class=\"scroll\" tabindex=\"0\"><table>");
     let is_text: Vec<bool> = (0..header.len()).map(|column| is_text(rows, column)).collect();
     let class = |column: usize, cell: &str| match is_text.get(column) {
         _ if cell.chars().count() > LONG_CELL => " class=\"long\"",
         Some(true) => " class=\"text\"",
         _ => "",
     };
+    html.push_str("<thead><tr>");
     for (column, name) in header.iter().enumerate() {
-        html.push_str(&format!("<th{}>{}</th>", class(column, ""), escape(name)));
+        // A heading without a word is none.
+        let (tag, scope) = if name.is_empty() { ("td", "") } else { ("th", " scope=\"col\"") };
+        html.push_str(&format!("<{tag}{scope}{}>{}</{tag}>", class(column, ""), escape(name)));
     }
     html.push_str("</tr></thead><tbody>\n");
+    // The row's heading is its first cell with a word: the first one may be a star.
+    let heading = usize::from(
+        header.first().is_some_and(|name| name.is_empty()) && header.len() > 2 && header[1] == "family",
+    );
     for (stands_out, cells) in rows {
         html.push_str(if *stands_out { "<tr class=\"best\">" } else { "<tr>" });
         for (column, cell) in cells.iter().enumerate() {
-            html.push_str(&format!("<td{}>{}</td>", class(column, cell), escape(cell)));
+            let (tag, scope) = if column == heading { ("th", " scope=\"row\"") } else { ("td", "") };
+            html.push_str(&format!("<{tag}{scope}{}>{}</{tag}>", class(column, cell), escape(cell)));
         }
         html.push_str("</tr>\n");
     }
@@ -107,19 +141,46 @@ fn shortened(cell: &str) -> String {
     }
 }
 
-/// A figure: an SVG document embedded so that it takes the page's colours and width.
+/// A chart with its caption; it takes the page's colours and width.
 pub fn figure(svg: &str, caption: &str) -> String {
+    let caption = escape(caption);
+    format!("<figure>{}<figcaption>{caption}</figcaption></figure>\n", embedded(svg, &caption))
+}
+
+/// A figure of the report: a chart as [`figure()`] shows it, or a picture, which keeps its colours.
+pub fn illustration(figure: &Figure) -> String {
+    let alt = escape(&format!("{} {}", figure.caption, figure.alt));
+    let (embedded, class) = match &figure.content {
+        Content::Chart { svg, .. } => (embedded(svg, &alt), ""),
+        Content::Picture(png) => {
+            let data = base64::engine::general_purpose::STANDARD.encode(png);
+            let [width, height] = png_size(png);
+            let class = if height > width { " class=\"tall\"" } else { "" };
+            let image = format!(
+                "<img alt=\"{alt}\" width=\"{width}\" height=\"{height}\" src=\"data:image/png;base64,{data}\">"
+            );
+            (image, class)
+        }
+    };
+    format!("<figure{class}>{embedded}<figcaption>{}</figcaption></figure>\n", escape(&figure.caption))
+}
+
+/// Width and height from a PNG file's first chunk (PNG specification, Section 11.2.1).
+fn png_size(png: &[u8]) -> [u32; 2] {
+    let at =
+        |from: usize| png.get(from..from + 4).and_then(|b| b.try_into().ok()).map_or(0, u32::from_be_bytes);
+    [at(16), at(20)]
+}
+
+fn embedded(svg: &str, alt: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
-    let embedded = without_size(&svg[start..])
+    without_size(&svg[start..])
+        .replacen("<svg ", &format!("<svg role=\"img\" aria-label=\"{alt}\" "), 1)
         .replace("#1F2328", "currentColor")
         .replace("#6E7781", "var(--grey)")
         .replace("#D8DCE0", "var(--grid)")
         // Lighter on a dark page.
-        .replace("#0072B2", "var(--accent)");
-    format!(
-        "<figure role=\"img\" aria-label=\"{0}\">{embedded}<figcaption>{0}</figcaption></figure>\n",
-        escape(caption)
-    )
+        .replace("#0072B2", "var(--accent)")
 }
 
 /// The document without `width` and `height`, so that it scales by its `viewBox`.
@@ -144,7 +205,8 @@ mod tests {
     #[test]
     fn embedded_figures_scale_and_take_the_text_colour() {
         let svg = "<svg width=\"16\" height=\"9\" viewBox=\"0 0 16 9\"><line width=\"2\" stroke=\"#1F2328\"/></svg>";
-        let html = figure(svg, "c");
-        assert!(html.contains("<svg viewBox=\"0 0 16 9\"><line width=\"2\" stroke=\"currentColor\"/>"));
+        let html = embedded(svg, "c");
+        assert!(html.contains("viewBox=\"0 0 16 9\"><line width=\"2\" stroke=\"currentColor\"/>"), "{html}");
+        assert!(html.starts_with("<svg role=\"img\" aria-label=\"c\" "), "{html}");
     }
 }

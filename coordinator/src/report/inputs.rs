@@ -1,15 +1,18 @@
 //! The page's second half: what went in, and how to get the same out again.
 
-use super::Material;
 use super::figures::Figure;
-use super::html::{escape, figure, from_table, paragraph, table};
+use super::html::{captioned, escape, from_table, paragraph, table};
+use super::page::{find, pair};
+use super::{Findings, Material};
 use crate::fit_tables;
 use crate::table::significant;
-use runout_core::campaign::{Recipe, Slope, Surface};
+use runout_core::campaign::{Model, Recipe, Slope, Surface};
+use runout_core::slope;
+use runout_proto::identity;
 use std::fmt::Write as _;
 
 /// Site data and fits.
-pub(super) fn soil(material: &Material<'_>) -> String {
+pub(super) fn soil(material: &Material<'_>, figures: &[Figure]) -> String {
     let (fit, properties) = (material.fit, &material.campaign.random);
     let mut html = String::new();
     let recipe = match fit.recipe {
@@ -23,9 +26,13 @@ pub(super) fn soil(material: &Material<'_>) -> String {
         ))),
         None => html.push_str(&paragraph("Nothing was measured: every distribution is given in the campaign file.")),
     }
-    html.push_str(&from_table(&fit_tables::measured(properties, fit)));
+    let names: Vec<&str> =
+        figures.iter().map(|f| f.name.as_str()).filter(|name| name.starts_with("soil-")).collect();
+    html.push_str(&pair(figures, &names));
+    html.push_str(&captioned("Measured and chosen", &from_table(&fit_tables::measured(properties, fit))));
     if let Some(dependence) = fit.dependence.as_ref().filter(|_| properties.len() > 1) {
-        html.push_str(&from_table(&fit_tables::correlations(properties, dependence)));
+        let correlations = from_table(&fit_tables::correlations(properties, dependence));
+        html.push_str(&captioned("Correlations of the tests", &correlations));
     }
     for property in properties {
         let marginal = &fit.marginals[property.name()];
@@ -51,10 +58,24 @@ pub(super) fn soil(material: &Material<'_>) -> String {
         let _ = writeln!(
             html,
             "<details><summary>The measured table</summary>{}</details>",
-            table(&header, &rows)
+            captioned("Laboratory tests", &table(&header, &rows))
         );
     }
     html
+}
+
+/// The section in a sentence.
+pub(super) fn section_in_words(model: &Model) -> String {
+    let slope = &model.slope;
+    format!(
+        "The slope is {} m high at {}\u{b0}; the ground behind the toe is {} m long, the plain in front of it {} m, and the rigid \
+         base lies {} m below the toe.",
+        significant(slope::height_m(slope), 4),
+        significant(slope::mean_angle_rad(slope).to_degrees(), 4),
+        significant(-slope::rear_x(slope), 4),
+        significant(slope.runout_plain_m, 4),
+        significant(slope.foundation_depth_m, 4)
+    )
 }
 
 /// The section, its materials, and every key of the campaign file: there are no others, because nothing that moves the
@@ -70,13 +91,13 @@ pub(super) fn inputs(material: &Material<'_>, figures: &[Figure]) -> String {
         Err(error) => vec![("campaign.toml".to_owned(), error.message().to_owned())],
     };
     let rows: Vec<(bool, Vec<String>)> = rows.into_iter().map(|(k, v)| (false, vec![k, v])).collect();
-    let section = figures.iter().find(|f| f.name == "section").map(|f| figure(&f.svg, &f.caption));
-    let mut html = section.unwrap_or_default();
+    let mut html = find(figures, "section");
+    html.push_str(&paragraph(section_in_words(&material.spec.model)));
     html.push_str(&profile(&material.spec.model.slope));
     html.push_str(&paragraph(
         "As written in the campaign file. Nothing that moves the answer has a hidden default.",
     ));
-    html + &table(&["key", "value"], &rows)
+    html + &captioned("The campaign file", &table(&["key", "value"], &rows))
 }
 
 /// The surveyed points, if the surface is a profile.
@@ -93,17 +114,22 @@ fn profile(slope: &Slope) -> String {
     )
 }
 
-/// Identity of the campaign, versions, and the commands that give the same again.
-pub(super) fn provenance(material: &Material<'_>) -> String {
+/// Workers that are named one by one.
+const MOST_WORKERS: usize = 20;
+
+/// Identity of the campaign, versions, who ran it, and the commands that give the same again.
+pub(super) fn provenance(material: &Material<'_>, found: &Findings) -> String {
     let rows = [
         ("spec digest (BLAKE3)", material.spec.digest()),
         ("spec format", material.spec.format.to_string()),
         ("campaign seed", material.spec.seed.to_string()),
-        ("runout", env!("CARGO_PKG_VERSION").to_owned()),
+        ("build of this report", identity::build()),
     ];
     let rows: Vec<(bool, Vec<String>)> =
         rows.into_iter().map(|(k, v)| (false, vec![k.to_owned(), v])).collect();
-    table(&["", ""], &rows)
+    captioned("Identity", &table(&["what", "value"], &rows))
+        + &work(material)
+        + &replayed(material, found)
         + &paragraph(
             "Every realisation follows from the spec and its index alone, bit for bit, on any machine and in any order. \
              Run from this directory:",
@@ -120,6 +146,59 @@ pub(super) fn provenance(material: &Material<'_>) -> String {
             "Method after Ma et al. 2024, <i>Multivariate copula-based framework for stochastic analysis of landslide \
              runout distance</i> (\u{201c}the paper\u{201d} above).",
         )
+}
+
+/// Who ran the realisations, and how long they took.
+fn work(material: &Material<'_>) -> String {
+    let rows: Vec<(bool, Vec<String>)> = material
+        .work
+        .iter()
+        .take(MOST_WORKERS)
+        .map(|work| {
+            let each = work.wall_s / work.realisations.max(1) as f64;
+            let cells = vec![
+                work.worker.clone(),
+                work.realisations.to_string(),
+                significant(each, 3),
+                significant(work.wall_s / 3600.0, 3),
+            ];
+            (false, cells)
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let more = match material.work.len().saturating_sub(MOST_WORKERS) {
+        0 => String::new(),
+        more => paragraph(format!("And {more} workers more.")),
+    };
+    let header = ["worker", "realisations", "seconds each", "hours in all"];
+    captioned("Who ran them", &table(&header, &rows))
+        + &more
+        + &paragraph(
+            "Workers were let in only with the coordinator's build and with the same digest of their arithmetic; of what \
+             kind a worker's machine was is not recorded, and moves no bit.",
+        )
+}
+
+/// What was run again for this page, and whether it gave the same.
+fn replayed(material: &Material<'_>, found: &Findings) -> String {
+    let count = material.replays.realisations.len();
+    match (count, &found.differing[..]) {
+        (0, _) => String::new(),
+        (_, []) => paragraph(format!(
+            "{count} realisations were replayed for this page, and every one gave the recorded outcome bit for bit."
+        )),
+        (_, differing) => {
+            let named: Vec<String> = differing.iter().map(u64::to_string).collect();
+            paragraph(format!(
+                "<strong>Of {count} realisations replayed for this page, {} gave another outcome than the recorded one: {}.</strong> \
+                 Another build ran them, or a machine computes wrongly: <code>runout replay</code> shows what differs.",
+                differing.len(),
+                named.join(", ")
+            ))
+        }
+    }
 }
 
 /// Dotted keys and values in the order of the file's sections.

@@ -1,23 +1,38 @@
-//! The report: one self-contained page, and its figures as SVG.
+//! The report: one self-contained page, and its figures as SVG and PNG.
 //!
-//! [`analysis`] makes the numbers ([`families`] the fitted tails), [`figures`] the charts, `answer`, `page`
-//! and `inputs` the text. The same run directory gives the same page, byte for byte: it bears no date.
+//! [`analysis`] makes the numbers from the outcomes ([`families`] the fitted tails, [`reach`] what is reached along the
+//! ground), [`hazard`], [`deterministic`] and [`sensitivity`] those that need replays or fields ([`picks`] says which),
+//! [`figures`] draws, `page` and its parts say it in words. The same run directory gives the same page, byte for byte: it
+//! bears no date.
 
 pub mod analysis;
 mod answer;
+pub mod deterministic;
 pub mod families;
 pub mod figures;
+mod gallery;
+mod ground;
+pub mod hazard;
 pub mod html;
 mod inputs;
 mod page;
+pub mod picks;
+pub mod reach;
+pub mod sensitivity;
+mod slides;
 
 use crate::picture::PictureError;
-use figures::Figure;
+use crate::replays::Replay;
+use crate::replays::profile::Stations;
+use figures::{Figure, Figures};
 use runout_core::campaign::Campaign;
 use runout_core::fit::Fit;
 use runout_core::outcome::Outcome;
+use runout_core::realisation::Prepared;
+use runout_core::seed::Purpose;
 use runout_core::site::SiteData;
 use runout_core::spec::Spec;
+use std::collections::BTreeMap;
 
 /// What a report is made from.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +51,49 @@ pub struct Material<'a> {
     pub outcomes: &'a [Outcome],
     /// What the run directory has to say beside its outcomes, for example of two results that differ.
     pub notes: &'a [String],
+    /// The spec laid out, for the fields behind the outcomes; without it there is no sensitivity and no picture.
+    pub prepared: Option<&'a Prepared>,
+    /// What was replayed.
+    pub replays: &'a Replays,
+    /// Who ran the realisations.
+    pub work: &'a [Work],
+}
+
+/// Analyses run again for the report.
+#[derive(Debug, Clone, Default)]
+pub struct Replays {
+    /// The slope with mean properties.
+    pub mean_properties: Option<Replay>,
+    /// Realisations by index.
+    pub realisations: BTreeMap<u64, Replay>,
+    /// Those of them that were chosen at random for the profile along the ground.
+    pub profiled: Vec<u64>,
+}
+
+impl Replays {
+    /// The samples to be profiled, at most `count`, chosen by the campaign's seed among `samples`.
+    pub fn choose(samples: &[u64], count: usize, campaign_seed: u64) -> Vec<u64> {
+        picks::chosen(samples, count, campaign_seed, Purpose::ReportReplays)
+    }
+
+    /// Replayed realisations whose outcome is not the recorded one.
+    fn differing(&self, outcomes: &[Outcome]) -> Vec<u64> {
+        let differs = |(index, replay): &(&u64, &Replay)| {
+            usize::try_from(**index).ok().and_then(|i| outcomes.get(i)) != Some(&replay.outcome)
+        };
+        self.realisations.iter().filter(differs).map(|(index, _)| *index).collect()
+    }
+}
+
+/// What one worker did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Work {
+    /// Its name.
+    pub worker: String,
+    /// Realisations it ran.
+    pub realisations: u64,
+    /// Wall time of all of them, s.
+    pub wall_s: f64,
 }
 
 /// A finished report.
@@ -47,14 +105,65 @@ pub struct Report {
     pub figures: Vec<Figure>,
 }
 
+/// The numbers of the page.
+struct Findings {
+    analysis: analysis::Analysis,
+    mean_run: Option<deterministic::Deterministic>,
+    hazard: Option<hazard::Hazard>,
+    sensitivity: sensitivity::Sensitivity,
+    /// Replayed realisations that gave another outcome.
+    differing: Vec<u64>,
+}
+
 /// Makes the report.
 ///
 /// # Errors
 /// A figure that cannot be drawn.
 pub fn report(material: &Material<'_>) -> Result<Report, PictureError> {
-    let analysis = analysis::analyse(material.campaign, material.outcomes);
-    let mut figures = vec![figures::section(&material.spec.model)?];
-    figures.extend(figures::figures(&analysis)?);
-    let html = page::page(material, &analysis, &figures);
+    let found = find(material);
+    let model = &material.spec.model;
+    let mut figures = Figures(vec![figures::section(model)?]);
+    figures::soil(&mut figures, material)?;
+    figures::samples(&mut figures, &found.analysis, found.mean_run.as_ref())?;
+    figures::hazard(&mut figures, model, &found.analysis, found.hazard.as_ref())?;
+    figures::influences(&mut figures, &found.sensitivity)?;
+    gallery::pictures(&mut figures, material, &found.analysis)?;
+    let figures = figures.0;
+    let html = page::page(material, &found, &figures);
     Ok(Report { html, figures })
+}
+
+fn find(material: &Material<'_>) -> Findings {
+    let analysis = analysis::analyse(material.campaign, material.outcomes);
+    let confidence = analysis.estimate.confidence;
+    let model = &material.spec.model;
+    let replays = material.replays;
+    let mean_run = replays.mean_properties.as_ref().and_then(|replay| {
+        deterministic::beside(
+            &replay.outcome,
+            &model.sample,
+            &analysis.samples_m,
+            analysis.estimate.stable,
+            &analysis.families,
+            confidence,
+        )
+    });
+    let profiles: Vec<_> = replays
+        .profiled
+        .iter()
+        .filter_map(|index| replays.realisations.get(index))
+        .map(|r| &r.profile)
+        .collect();
+    let decided =
+        &material.outcomes[..(analysis.estimate.realisations as usize).min(material.outcomes.len())];
+    Findings {
+        hazard: hazard::hazard(&Stations::of(model), &profiles, confidence),
+        sensitivity: material
+            .prepared
+            .map(|prepared| sensitivity::sensitivity(prepared, decided, confidence))
+            .unwrap_or_default(),
+        differing: replays.differing(material.outcomes),
+        mean_run,
+        analysis,
+    }
 }

@@ -1,9 +1,10 @@
 //! The page: the answer in plain words first (see `answer`), then the numbers and figures it rests on.
 
-use super::analysis::Analysis;
+use super::analysis::{Analysis, PROBABILITIES};
+use super::families::{self, Method};
 use super::figures::Figure;
-use super::html::{STYLE, escape, figure, paragraph, table};
-use super::{Material, answer, inputs};
+use super::html::{STYLE, captioned, escape, illustration, paragraph, table};
+use super::{Findings, Material, answer, ground, inputs, slides};
 use crate::table::significant;
 use runout_core::campaign::StopRule;
 use runout_core::estimate::interval::Interval;
@@ -14,30 +15,45 @@ use std::fmt::Write as _;
 const MOST_NAMED: usize = 60;
 
 /// The whole document.
-pub(super) fn page(material: &Material<'_>, analysis: &Analysis, figures: &[Figure]) -> String {
+pub(super) fn page(material: &Material<'_>, found: &Findings, figures: &[Figure]) -> String {
     let name = escape(&material.campaign.name);
+    let analysis = &found.analysis;
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
-         <title>Runout of {name}</title><style>\n{STYLE}</style></head><body>\n\
+         <title>Runout of {name}</title><style>\n{STYLE}</style></head><body>\n<main>\n\
          <h1>Runout of {name}</h1>\n<p class=\"lead\">{} realisations of spec {}</p>\n",
         analysis.estimate.realisations,
         &material.spec.digest()[..12]
     );
-    html.push_str(&answer::answer(material, analysis));
+    html.push_str(&answer::answer(material, found));
     html.push_str(&cards(analysis));
-    section(&mut html, "How far", &how_far(analysis, figures));
-    section(&mut html, "The samples and their distribution", &samples(analysis, figures));
-    section(&mut html, "Convergence", &convergence(material, analysis, figures));
-    section(&mut html, "What became of the realisations", &realisations(material, analysis));
-    section(&mut html, "Soil", &inputs::soil(material));
-    section(&mut html, "Every input that moves the answer", &inputs::inputs(material, figures));
-    section(&mut html, "Where these numbers come from", &inputs::provenance(material));
-    html + "</body></html>\n"
-}
-
-fn section(html: &mut String, title: &str, content: &str) {
-    let _ = write!(html, "<section><h2>{title}</h2>\n{content}</section>\n");
+    let sections = [
+        ("How far", "how-far", how_far(analysis, figures)),
+        ("Along the ground", "ground", ground::hazard(material, found, figures)),
+        ("The slope with mean properties", "mean", slides::mean_properties(found, figures)),
+        ("The samples and their distribution", "samples", samples(analysis, figures)),
+        ("How much moved", "amounts", ground::amounts(analysis, figures)),
+        ("Which soil decides", "soil-decides", ground::sensitivity(&found.sensitivity, figures)),
+        ("What the slides look like", "slides", slides::gallery(found, figures)),
+        ("Convergence", "convergence", convergence(material, analysis, figures)),
+        ("What became of the realisations", "realisations", realisations(material, analysis)),
+        ("Soil", "soil", inputs::soil(material, figures)),
+        ("The slope and every input that moves the answer", "inputs", inputs::inputs(material, figures)),
+        ("Where these numbers come from", "provenance", inputs::provenance(material, found)),
+    ];
+    html.push_str("<nav aria-label=\"Contents\"><ol>\n");
+    for (title, id, _) in &sections {
+        let _ = writeln!(html, "<li><a href=\"#{id}\">{title}</a></li>");
+    }
+    html.push_str("</ol></nav>\n");
+    for (title, id, content) in &sections {
+        let _ = write!(
+            html,
+            "<section id=\"{id}\" aria-labelledby=\"{id}-title\"><h2 id=\"{id}-title\">{title}</h2>\n{content}</section>\n"
+        );
+    }
+    html + "</main>\n</body></html>\n"
 }
 
 fn cards(analysis: &Analysis) -> String {
@@ -52,6 +68,10 @@ fn cards(analysis: &Analysis) -> String {
         (estimate.p_failure.map_or_else(|| "\u{2013}".to_owned(), percent), "probability of failure"),
         (optional(estimate.mean_m, "m"), "mean runout"),
         (optional(estimate.sd_m, "m"), "standard deviation"),
+        (
+            estimate.cov.map_or_else(|| "\u{2013}".to_owned(), |v| significant(v, 3)),
+            "coefficient of variation",
+        ),
         (optional(estimate.max_m, "m"), "longest"),
     ];
     let mut html = String::from("<div class=\"numbers\">");
@@ -97,7 +117,11 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
         "supported fits",
         "stable included",
     ];
-    let mut html = table(&header, &rows);
+    let mut html = pair(figures, &["exceedance", "exceedance-log"]);
+    html.push_str(&captioned(
+        "Distances (m) exceeded with given probabilities, given failure but for the last column",
+        &table(&header, &rows),
+    ));
     html.push_str(&paragraph(
         "Distances in m, given failure but for the last column. <i>Samples beyond</i> the best family's distance: with \
          few or none the distribution speaks, not the samples. <i>Read off samples</i>: the order statistic, where there are \
@@ -107,8 +131,45 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
          within 10 of the best. <i>Stable included</i>: the distance that a realisation exceeds with that probability, whether \
          or not it fails, by the best family.",
     ));
-    html.push_str(&pair(figures, ["exceedance", "exceedance-log"]));
+    html.push_str(&by_family(analysis));
     html
+}
+
+/// The distances by every family, so that their spread is seen.
+fn by_family(analysis: &Analysis) -> String {
+    let families: Vec<_> = analysis.families.iter().filter(|f| f.method == Method::Likelihood).collect();
+    let Some(best) = families.iter().find(|f| f.best) else { return String::new() };
+    let rows: Vec<(bool, Vec<String>)> = families
+        .iter()
+        .map(|family| {
+            let mut cells = vec![family.family.name().to_owned(), significant(family.aic - best.aic, 3)];
+            for (place, probability) in PROBABILITIES.iter().enumerate() {
+                cells.push(metres(family.distance_m(*probability)));
+                let found = family.intervals_m.get(place).copied().flatten();
+                cells.push(found.map_or_else(|| "\u{2013}".to_owned(), |i| interval(i, metres)));
+            }
+            (family.best, cells)
+        })
+        .collect();
+    let header = [
+        "family",
+        "AIC over the best",
+        "10 % (m)",
+        "interval",
+        "1 % (m)",
+        "interval",
+        "0.1 % (m)",
+        "interval",
+    ];
+    captioned(
+        &format!(
+            "Sensitivity to the family: distances by each, fitted by maximum likelihood, with {} bootstrap intervals from {} \
+             replicates",
+            percent(analysis.estimate.confidence),
+            families::replicates(analysis.samples_m.len())
+        ),
+        &table(&header, &rows),
+    )
 }
 
 fn samples(analysis: &Analysis, figures: &[Figure]) -> String {
@@ -117,7 +178,7 @@ fn samples(analysis: &Analysis, figures: &[Figure]) -> String {
         return paragraph(format!(
             "No family is fitted: there are {} samples, and at least {least} different ones are needed.",
             analysis.samples_m.len()
-        )) + &pair(figures, ["histogram-likelihood", ""]);
+        )) + &pair(figures, &["histogram-likelihood", "cdf"]);
     }
     let rows: Vec<(bool, Vec<String>)> = analysis
         .families
@@ -131,12 +192,13 @@ fn samples(analysis: &Analysis, figures: &[Figure]) -> String {
         })
         .collect();
     let header = ["family", "fitted by", "p", "q", "mean (m)", "sd (m)", "log-likelihood", "AIC", "BIC"];
-    pair(figures, ["histogram-likelihood", "histogram-moments"])
-        + &table(&header, &rows)
+    pair(figures, &["histogram-likelihood", "histogram-moments"])
+        + &captioned("The families fitted to the samples", &table(&header, &rows))
         + &paragraph(
             "p and q as in the paper's Table 1. The samples are those above the threshold; the families start at zero. \
              A family that is missing cannot be fitted to these samples by that method.",
         )
+        + &pair(figures, &["cdf"])
 }
 
 fn convergence(material: &Material<'_>, analysis: &Analysis, figures: &[Figure]) -> String {
@@ -170,7 +232,11 @@ fn convergence(material: &Material<'_>, analysis: &Analysis, figures: &[Figure])
         stop.minimum_realisations,
         stop.maximum_realisations,
         answer::decision_in_words(analysis.decision)
-    )) + &pair(figures, ["convergence-mean", "convergence-variance"])
+    )) + &find(figures, "outcomes")
+        + &pair(
+            figures,
+            &["convergence-mean", "convergence-variance", "convergence-cov", "convergence-failure"],
+        )
 }
 
 fn realisations(material: &Material<'_>, analysis: &Analysis) -> String {
@@ -188,8 +254,10 @@ fn realisations(material: &Material<'_>, analysis: &Analysis) -> String {
     ];
     let rows: Vec<(bool, Vec<String>)> =
         rows.into_iter().map(|(label, count)| (false, vec![label, count.to_string()])).collect();
-    let html = table(&["outcome", "realisations"], &rows);
-    html + &remarkable(analysis)
+    let html = captioned("Realisations by outcome", &table(&["outcome", "realisations"], &rows));
+    let listed = remarkable(analysis);
+    let none = || paragraph("No analysis failed, and none is marked.");
+    html + &if listed.is_empty() { none() } else { listed }
 }
 
 /// Failed and marked realisations by kind and reason or mark, for `runout replay`.
@@ -209,13 +277,14 @@ fn remarkable(analysis: &Analysis) -> String {
     groups.iter().map(line).collect()
 }
 
-/// Two figures side by side, where the page is wide enough.
-fn pair(figures: &[Figure], names: [&str; 2]) -> String {
-    let found: String = names
-        .iter()
-        .filter_map(|name| figures.iter().find(|f| f.name == *name))
-        .map(|f| figure(&f.svg, &f.caption))
-        .collect();
+/// The figure of that name, if it was drawn.
+pub(super) fn find(figures: &[Figure], name: &str) -> String {
+    figures.iter().find(|f| f.name == name).map(illustration).unwrap_or_default()
+}
+
+/// Figures side by side, where the page is wide enough.
+pub(super) fn pair(figures: &[Figure], names: &[&str]) -> String {
+    let found: String = names.iter().map(|name| find(figures, name)).collect();
     if found.is_empty() { found } else { format!("<div class=\"pair\">{found}</div>\n") }
 }
 

@@ -13,6 +13,7 @@ use crate::marginal::fit::{aic, bic, by_likelihood};
 use crate::marginal::{Family, Marginal};
 use crate::seed::{self, Purpose};
 use rand_chacha::rand_core::Rng;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Most bootstrap replicates: beyond these the ends of a 95 % interval move by less than 2 % of its width.
@@ -77,22 +78,22 @@ pub fn tails(samples_m: &[f64], settings: &TailSettings) -> Vec<FamilyTail> {
     Family::ALL.iter().zip(&fits).map(tail).collect()
 }
 
-/// The refitted distributions of each fitted family, one a successful replicate.
+/// The refitted distributions of each fitted family, one a successful replicate. Replicates have streams of their own and
+/// are gathered in their order, so that the threads they are shared by move no bit.
 fn bootstrap(samples_m: &[f64], fitted: &[Marginal], settings: &TailSettings) -> Vec<Vec<Marginal>> {
-    let mut refits = vec![Vec::new(); fitted.len()];
-    let mut drawn = vec![0.0; samples_m.len()];
-    for replicate in 0..settings.replicates.min(MOST_REPLICATES) {
+    let replicate = |replicate: u32| -> Vec<Option<Marginal>> {
         let mut stream = seed::stream(settings.seed, u64::from(replicate), Purpose::ReportBootstrap);
-        for value in &mut drawn {
+        let mut draw = || {
             // The upper half of the product is uniform over the places to within n / 2^64.
             let place = (u128::from(stream.next_u64()) * samples_m.len() as u128) >> 64;
-            *value = samples_m[place as usize];
-        }
-        for (marginal, refits) in fitted.iter().zip(&mut refits) {
-            refits.extend(by_likelihood(marginal.family, &drawn).ok());
-        }
-    }
-    refits
+            samples_m[place as usize]
+        };
+        let drawn: Vec<f64> = samples_m.iter().map(|_| draw()).collect();
+        fitted.iter().map(|marginal| by_likelihood(marginal.family, &drawn).ok()).collect()
+    };
+    let replicates = settings.replicates.min(MOST_REPLICATES);
+    let refits: Vec<_> = (0..replicates).into_par_iter().map(replicate).collect();
+    (0..fitted.len()).map(|family| refits.iter().filter_map(|refit| refit[family]).collect()).collect()
 }
 
 fn family_tail(

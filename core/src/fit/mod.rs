@@ -17,6 +17,7 @@ mod uncertainty;
 
 pub use goodness::{GOODNESS_REPLICATES, GoodnessOfFit, goodness_of_fit};
 pub use marginals::marginal_candidates;
+pub use ranks::spearman;
 pub use uncertainty::{Interval, PropertyUncertainty, UNCERTAINTY_REPLICATES, Uncertainty, uncertainty};
 
 use crate::campaign::{Criterion, FitSettings, MarginalChoice, Recipe};

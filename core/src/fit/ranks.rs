@@ -80,7 +80,7 @@ pub(super) fn pearson(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Spearman's rho: Pearson's correlation of the average ranks.
-pub(super) fn spearman(x: &[f64], y: &[f64]) -> f64 {
+pub fn spearman(x: &[f64], y: &[f64]) -> f64 {
     pearson(&average(x), &average(y))
 }
 

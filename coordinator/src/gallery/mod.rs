@@ -1,15 +1,23 @@
-//! What one analysis leaves for the eye: a ParaView series of its moments, and pictures of its section, its fields, its
-//! final displacements and its plastic strains.
+//! What one analysis leaves for the eye: a ParaView series of its moments, pictures of its section, its fields and its
+//! final state, and an animation.
+
+mod colour;
+mod film;
+
+pub use colour::Colour;
 
 use crate::picture::section::Section;
 use crate::picture::setting::Setting;
 use crate::picture::soil::{Panel, SoilPicture, range};
 use crate::picture::{self, PictureError};
+use crate::replays::Scene;
 use crate::vtu::{PointArray, pvd, vtu};
+use film::Film;
 use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -32,26 +40,35 @@ pub enum GalleryError {
     Picture(#[from] PictureError),
 }
 
+/// What is wanted besides the pictures that are always made.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Further quantities to colour the final state by; the first of them colours the animation.
+    pub colours: Vec<Colour>,
+    /// Whether the final states are written as SVG too.
+    pub svg: bool,
+    /// Whether there is an animation.
+    pub animation: bool,
+}
+
 /// The pictures and series of one analysis under way, in a directory of their own.
 #[derive(Debug)]
 pub struct Gallery {
     dir: PathBuf,
+    options: Options,
     moments: Vec<(f64, String)>,
-    last: Option<Moment>,
+    film: Option<Film>,
+    last: Option<Last>,
     fault: Option<GalleryError>,
 }
 
 /// The last moment seen: what the pictures show.
 #[derive(Debug, Clone)]
-struct Moment {
-    x0: Vec<f64>,
-    y0: Vec<f64>,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    displacement_m: Vec<f64>,
-    plastic_strain: Vec<f64>,
+struct Last {
+    scene: Scene,
     properties: PointProperties,
-    time_s: f64,
+    /// By each of the colours asked for.
+    values: Vec<Vec<f64>>,
 }
 
 impl Gallery {
@@ -59,16 +76,16 @@ impl Gallery {
     ///
     /// # Errors
     /// The system refuses.
-    pub fn new(dir: &Path) -> Result<Gallery, GalleryError> {
+    pub fn new(dir: &Path, options: Options) -> Result<Gallery, GalleryError> {
         let series = dir.join(SERIES_FOLDER);
         std::fs::create_dir_all(&series).map_err(|error| GalleryError::File { path: series, error })?;
-        Ok(Gallery { dir: dir.to_owned(), moments: Vec::new(), last: None, fault: None })
+        let moving = options.colours.first().copied().unwrap_or(Colour::Displacement);
+        let film = options.animation.then(|| Film::new(moving));
+        Ok(Gallery { dir: dir.to_owned(), options, moments: Vec::new(), film, last: None, fault: None })
     }
 
     /// Writes a moment to the series. A fault is kept for [`Gallery::finish`]: the analysis goes on.
     pub fn observe(&mut self, snapshot: &Snapshot<'_>) {
-        let displacement_m: Vec<f64> =
-            snapshot.ux.iter().zip(snapshot.uy).map(|(x, y)| x.hypot(*y)).collect();
         if self.moments.last().is_none_or(|(time_s, _)| *time_s < snapshot.time_s) {
             let name = format!("{SERIES_FOLDER}/{:04}.vtu", self.moments.len());
             let file = vtu(&snapshot.state.x, &snapshot.state.y, &arrays(snapshot));
@@ -77,15 +94,13 @@ impl Gallery {
             }
             self.moments.push((snapshot.time_s, name));
         }
-        self.last = Some(Moment {
-            x0: snapshot.x0.to_vec(),
-            y0: snapshot.y0.to_vec(),
-            x: snapshot.state.x.clone(),
-            y: snapshot.state.y.clone(),
-            displacement_m,
-            plastic_strain: snapshot.state.plastic_strain.clone(),
+        if let Some(film) = &mut self.film {
+            film.observe(snapshot);
+        }
+        self.last = Some(Last {
+            scene: Scene::of(snapshot),
             properties: snapshot.properties.clone(),
-            time_s: snapshot.time_s,
+            values: self.options.colours.iter().map(|colour| colour.values(snapshot)).collect(),
         });
     }
 
@@ -104,7 +119,7 @@ impl Gallery {
         if let Some(fault) = self.fault {
             return Err(fault);
         }
-        let Some(last) = self.last else { return Ok(Vec::new()) };
+        let Some(Last { scene, properties, values }) = self.last else { return Ok(Vec::new()) };
         let mut written = Vec::new();
         let mut put = |name: &str, bytes: &[u8]| {
             let path = self.dir.join(name);
@@ -112,39 +127,104 @@ impl Gallery {
         };
         put("series.pvd", pvd(&self.moments).as_bytes())?;
         put("section.png", &picture::png(&Section::of(model))?)?;
-        let fields = fields(model, random, what, &last.x0, &last.y0, &last.properties);
-        put("fields.png", &picture::png(&fields)?)?;
-        let title = format!("{what}: {}", result_in_words(model, outcome));
-        let moment = moment_in_words(outcome, last.time_s);
-        let setting = setting(model, &last.x);
-        let legend = setting.legend();
-        let after = |label: &str, values: &[f64], gradient, subtitle: String| SoilPicture {
-            title: title.clone(),
-            subtitle,
-            setting: setting.clone(),
-            moved: true,
-            point_size_m: model.mesh.point_spacing_m(),
-            panels: vec![Panel {
-                label: label.to_owned(),
-                x: (&last.x).into(),
-                y: (&last.y).into(),
-                values: values.to_vec(),
-                range: range(values, true),
-                gradient,
-                reversed: false,
-            }],
-        };
-        let subtitle = format!("displacement of every material point {moment}; {legend}");
-        let slide = after("displacement (m)", &last.displacement_m, colorous::VIRIDIS, subtitle);
-        put("displacement.png", &picture::png(&slide)?)?;
-        let subtitle = format!("equivalent plastic strain {moment}; {legend}");
-        let mut strain = after("plastic strain", &last.plastic_strain, colorous::INFERNO, subtitle);
-        strain.panels[0].range = (0.0, strain_top(&last.plastic_strain));
-        // What has not sheared is light, shear bands are dark.
-        strain.panels[0].reversed = true;
-        put("plastic-strain.png", &picture::png(&strain)?)?;
+        let [x0, y0] = [wide(&scene.x0), wide(&scene.y0)];
+        put("fields.png", &picture::png(&fields(model, random, what, &x0, &y0, &properties))?)?;
+        let mut pictures = vec![
+            (Colour::Displacement, displacement(model, what, outcome, &scene)),
+            (Colour::PlasticStrain, plastic_strain(model, what, outcome, &scene)),
+        ];
+        for (colour, values) in self.options.colours.iter().zip(values) {
+            if pictures.iter().all(|(made, _)| made != colour) {
+                pictures.push((*colour, final_state(model, what, outcome, &scene, *colour, values)));
+            }
+        }
+        for (colour, picture) in &pictures {
+            put(&format!("{}.png", colour.name()), &picture::png(picture)?)?;
+            if self.options.svg {
+                put(&format!("{}.svg", colour.name()), picture::svg(picture)?.as_bytes())?;
+            }
+        }
+        if let Some(film) = &self.film {
+            let look =
+                Look::new(model, format!("{what}: {}", result_in_words(model, outcome)), &wide(&scene.x));
+            put("slide.gif", &film.gif(&look)?)?;
+        }
         Ok(written)
     }
+}
+
+/// What the pictures of one analysis have in common.
+struct Look<'a> {
+    model: &'a Model,
+    title: String,
+    setting: Setting,
+}
+
+impl<'a> Look<'a> {
+    fn new(model: &'a Model, title: String, x: &[f64]) -> Look<'a> {
+        Look { model, title, setting: setting(model, x) }
+    }
+
+    fn legend(&self) -> String {
+        self.setting.legend()
+    }
+}
+
+/// Soil that has moved, coloured by one quantity.
+fn slide<'a>(
+    look: &Look<'_>,
+    subtitle: String,
+    (x, y): (Cow<'a, [f64]>, Cow<'a, [f64]>),
+    values: Vec<f64>,
+    colour: Colour,
+    range: (f64, f64),
+) -> SoilPicture<'a> {
+    let (gradient, reversed) = colour.gradient();
+    SoilPicture {
+        title: look.title.clone(),
+        subtitle,
+        setting: look.setting.clone(),
+        moved: true,
+        point_size_m: look.model.mesh.point_spacing_m(),
+        panels: vec![Panel { label: colour.label().to_owned(), x, y, values, range, gradient, reversed }],
+        view: None,
+    }
+}
+
+/// The final state, coloured by one quantity.
+fn final_state(
+    model: &Model,
+    what: &str,
+    outcome: &Outcome,
+    scene: &Scene,
+    colour: Colour,
+    values: Vec<f64>,
+) -> SoilPicture<'static> {
+    let (x, y) = (wide(&scene.x), wide(&scene.y));
+    let look = Look::new(model, format!("{what}: {}", result_in_words(model, outcome)), &x);
+    let moment = moment_in_words(outcome, scene.time_s);
+    let subtitle = format!("{} {moment}; {}", colour.in_words(), look.legend());
+    let range = colour.range(&values);
+    slide(&look, subtitle, (x.into(), y.into()), values, colour, range)
+}
+
+/// The final state, coloured by displacement.
+pub fn displacement(model: &Model, what: &str, outcome: &Outcome, scene: &Scene) -> SoilPicture<'static> {
+    let part = |now: &[f32], before: &[f32]| -> Vec<f64> {
+        now.iter().zip(before).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect()
+    };
+    let (ux, uy) = (part(&scene.x, &scene.x0), part(&scene.y, &scene.y0));
+    let values = ux.iter().zip(uy).map(|(x, y)| x.hypot(y)).collect();
+    final_state(model, what, outcome, scene, Colour::Displacement, values)
+}
+
+/// The final state, coloured by plastic strain.
+pub fn plastic_strain(model: &Model, what: &str, outcome: &Outcome, scene: &Scene) -> SoilPicture<'static> {
+    final_state(model, what, outcome, scene, Colour::PlasticStrain, wide(&scene.plastic_strain))
+}
+
+fn wide(values: &[f32]) -> Vec<f64> {
+    values.iter().map(|v| f64::from(*v)).collect()
 }
 
 /// The picture of a realisation's fields: one panel a random property, with the points where it is random.
@@ -167,7 +247,7 @@ pub fn fields(
             let of_shown = |all: &[f64]| -> Vec<f64> { shown.iter().map(|&i| all[i]).collect() };
             let values = of_shown(&edge_units(property, properties));
             Panel {
-                label: label(property).to_owned(),
+                label: property_label(property).to_owned(),
                 x: of_shown(x).into(),
                 y: of_shown(y).into(),
                 range: range(&values, false),
@@ -187,6 +267,7 @@ pub fn fields(
         moved: false,
         point_size_m: model.mesh.point_spacing_m(),
         panels,
+        view: None,
     }
 }
 
@@ -201,20 +282,13 @@ pub fn edge_units(property: Property, properties: &PointProperties) -> Vec<f64> 
     values.iter().map(|v| v * unit).collect()
 }
 
-fn label(property: Property) -> &'static str {
+/// A property's name with its unit, for people.
+pub fn property_label(property: Property) -> &'static str {
     match property {
         Property::Cohesion => "cohesion (kPa)",
         Property::FrictionAngle => "friction angle (\u{b0})",
         Property::UnitWeight => "unit weight (kN/m\u{b3})",
     }
-}
-
-/// The 99.5 % quantile: shear bands are thin, and a few torn points would darken all others.
-fn strain_top(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let place = (0.995 * sorted.len().saturating_sub(1) as f64) as usize;
-    sorted.get(place).copied().filter(|top| *top > 0.0).unwrap_or(1.0)
 }
 
 /// What stands around the soil, to where the material or an obstacle reaches.

@@ -66,7 +66,7 @@ struct Submitted {
 ///
 /// # Errors
 /// What cannot be done.
-pub fn submit(args: &SubmitArgs) -> Result<(), Failure> {
+pub(super) fn submit(args: &SubmitArgs) -> Result<(), Failure> {
     match &args.system {
         System::Slurm(args) => slurm(args),
     }

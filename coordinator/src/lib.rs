@@ -4,7 +4,7 @@
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
+//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
 //! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
@@ -19,6 +19,7 @@ pub mod engine;
 pub mod local;
 pub mod progress;
 pub mod queue;
+pub mod rulings;
 pub mod run_directory;
 pub mod serve;
 pub mod service;

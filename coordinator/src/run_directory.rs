@@ -5,6 +5,7 @@
 //! `spec.json` is written last, so that a directory with it is complete.
 
 use crate::difference;
+use crate::rulings;
 use crate::store::log::{self, Record};
 use crate::store::{self, LOG_FILE, write_atomically};
 use runout_core::spec::{Spec, SpecError};
@@ -199,10 +200,12 @@ pub struct RunView {
     pub profile_text: Option<String>,
     /// Every recorded outcome, in index order, gaps and outcomes beyond the stopping index included.
     pub records: Vec<Record>,
-    /// Later outcomes that contradict a recorded one.
+    /// Outcomes that contradict the one recorded first.
     pub conflicts: Vec<Record>,
     /// Indices that were run twice with equal results.
     pub audited: BTreeSet<u64>,
+    /// Realisations to be run again by another worker; see [`rulings`].
+    pub doubtful: BTreeSet<u64>,
     /// What is damaged, in words.
     pub damage: Vec<String>,
     /// Where the coordinator listens, or listened when it was killed.
@@ -225,7 +228,8 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
         other => other.map_err(|error| RunDirectoryError::File { path: path.join(LOG_FILE), error })?,
     };
     let log = log::parse(&bytes);
-    let contents = store::collect(log.entries);
+    let mut contents = store::collect(log.entries);
+    rulings::apply(&mut contents);
     Ok(RunView {
         spec,
         campaign_text: text(CAMPAIGN_FILE)?,
@@ -234,6 +238,7 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
         records: contents.records.into_values().collect(),
         conflicts: contents.conflicts,
         audited: contents.audited,
+        doubtful: contents.doubtful,
         damage: log.damage,
         address: fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned()),
     })

@@ -27,6 +27,9 @@ pub struct Options {
     /// When asked to leave, time for running realisations to finish before they are given back
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     pub grace: Duration,
+    /// Time for a realisation to end once it is cancelled (it looks every step); then the worker gives up and ends
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
+    pub stuck_after: Duration,
     /// Leave at the end of standard input: for a worker whose parent holds the other end
     #[arg(long, hide = true)]
     pub leave_with_parent: bool,

@@ -247,8 +247,13 @@ pub fn results<'a>(campaign: &Campaign, view: &'a RunView) -> &'a [Record] {
 fn audits_due(campaign: &Campaign, view: &RunView, estimator: &Estimator) -> u64 {
     let over = estimator.decision() != Decision::Continue;
     let due = view.records.iter().map(|record| &record.outcome).filter(|outcome| {
+        if over && outcome.index >= estimator.realisations() {
+            return false;
+        }
+        if view.doubtful.contains(&outcome.index) {
+            return true;
+        }
         outcome.reason != Reason::Poison
-            && !(over && outcome.index >= estimator.realisations())
             && queue::is_audited(campaign.seed, campaign.run.audit_fraction, outcome.index)
             && !view.audited.contains(&outcome.index)
             && !view.conflicts.iter().any(|c| c.outcome.index == outcome.index)

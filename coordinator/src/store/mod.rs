@@ -7,6 +7,7 @@ pub mod database;
 pub mod log;
 
 use crate::queue::Attempts;
+use crate::rulings::{self, Disputes};
 use database::Database;
 use log::{Entry, Log, Record};
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,10 +47,18 @@ pub enum StoreError {
 pub struct Contents {
     /// Recorded outcomes by index.
     pub records: BTreeMap<u64, Record>,
-    /// Later outcomes that contradict the recorded one.
+    /// Outcomes that came later than the one recorded first, and contradict it.
     pub conflicts: Vec<Record>,
     /// Indices whose second run agreed.
     pub audited: BTreeSet<u64>,
+    /// The runs that agreed with the outcome recorded first: index and worker.
+    pub audits: Vec<(u64, String)>,
+    /// Opinions on contested realisations; see [`rulings`].
+    pub disputes: Disputes,
+    /// Outcomes that were recorded first and do not count any more.
+    pub overruled: BTreeMap<u64, Record>,
+    /// Realisations to be run again by another worker: contested and undecided, or recorded by a worker set aside.
+    pub doubtful: BTreeSet<u64>,
     /// Attempts given out, by index.
     pub attempts: BTreeMap<u64, Attempts>,
     /// What was damaged or had to be repaired, in words.
@@ -94,6 +103,7 @@ impl Store {
         if restored > 0 {
             contents.notes.push(format!("{DATABASE_FOLDER}: {restored} outcomes restored from {LOG_FILE}"));
         }
+        rulings::apply(&mut contents);
         Ok((Store { folder: folder.to_owned(), log, database }, contents))
     }
 
@@ -110,7 +120,7 @@ impl Store {
     }
 }
 
-/// Sorts a log's entries. The first outcome of an index counts.
+/// Sorts a log's entries. The first outcome of an index counts, until [`rulings::apply`].
 pub fn collect(entries: Vec<Entry>) -> Contents {
     let mut contents = Contents::default();
     for entry in entries {
@@ -119,8 +129,9 @@ pub fn collect(entries: Vec<Entry>) -> Contents {
                 contents.records.entry(record.outcome.index).or_insert(record);
             }
             Entry::Conflict(record) => contents.conflicts.push(record),
-            Entry::Audit { index, .. } => {
+            Entry::Audit { index, worker } => {
                 contents.audited.insert(index);
+                contents.audits.push((index, worker));
             }
         }
     }

@@ -7,12 +7,13 @@
 use crate::queue::{
     Done, Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
 };
+use crate::rulings::Opinion;
 use crate::store::Contents;
 use crate::store::log::{Entry, Record};
 use crate::store::wire::Gist;
 use runout_core::estimate::{Decision, Estimator};
-use runout_core::outcome::{Outcome, OutcomeKind, Reason};
-use std::collections::{BTreeMap, BTreeSet};
+use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// What became of a report.
@@ -22,7 +23,7 @@ pub enum Verdict {
     Recorded,
     /// Recorded before, equal.
     Duplicate,
-    /// Recorded before, different.
+    /// Another outcome was recorded first; both are kept.
     Conflict,
     /// Of no use.
     NotWanted,
@@ -44,8 +45,14 @@ pub enum Step {
 pub struct Engine {
     queue: Queue,
     estimator: Estimator,
+    /// The estimator as it was before any outcome, for when a recorded one is overruled.
+    empty: Estimator,
+    /// What the estimator has been given, by index from 0.
+    folded: Vec<Essence>,
     /// Recorded outcomes beyond the prefix.
-    waiting: BTreeMap<u64, Outcome>,
+    waiting: BTreeMap<u64, Essence>,
+    /// Outcomes of contested realisations with their digests, for when the ruling changes.
+    contested: BTreeMap<u64, Vec<(String, Essence)>>,
     conflicts: u64,
     audits_agreed: u64,
 }
@@ -56,24 +63,33 @@ impl Engine {
     pub fn new(settings: Settings, estimator: Estimator, contents: &Contents, session: u32) -> Engine {
         let mut engine = Engine {
             queue: Queue::new(settings, session),
+            empty: estimator.restarted(),
             estimator,
+            folded: Vec::new(),
             waiting: BTreeMap::new(),
+            contested: BTreeMap::new(),
             conflicts: contents.conflicts.len() as u64,
             audits_agreed: contents.audited.len() as u64,
         };
-        let contradicted: BTreeSet<u64> = contents.conflicts.iter().map(|c| c.index).collect();
         for record in &contents.records {
             let index = record.index;
-            let audited = contents.audited.contains(&index) || contradicted.contains(&index);
+            let audited = contents.audited.contains(&index) || contents.disputes.contains_key(&index);
             engine.queue.restore_recorded(done_before(record, &record.digest_text()), audited);
-            if index >= engine.estimator.next_index() {
-                engine.waiting.insert(index, record.to_fold());
+            if index < engine.estimator.next_index() {
+                engine.folded.push(Essence::of_gist(record));
+            } else {
+                engine.waiting.insert(index, Essence::of_gist(record));
             }
             engine.fold_waiting();
+        }
+        let counting = contents.disputes.keys().filter_map(|index| contents.record(*index));
+        for record in contents.overruled.iter().chain(&contents.conflicts).chain(counting) {
+            engine.contest(record.index, &record.digest_text(), Essence::of_gist(record));
         }
         for (index, attempts) in &contents.attempts {
             engine.queue.restore_attempts(*index, *attempts);
         }
+        engine.queue.restore_opinions(&contents.disputes, &contents.audits);
         engine.fold();
         engine
     }
@@ -88,9 +104,14 @@ impl Engine {
         &self.estimator
     }
 
-    /// Outcomes that contradict a recorded one.
+    /// Outcomes that contradict the one recorded first.
     pub fn conflicts(&self) -> u64 {
         self.conflicts
+    }
+
+    /// Name of a registered worker; empty if it is not known.
+    fn name(&self, worker: WorkerId) -> String {
+        self.queue.worker(worker).map(|w| w.name.clone()).unwrap_or_default()
     }
 
     /// Audits whose second run agreed.
@@ -188,12 +209,7 @@ impl Engine {
     ) -> Result<Step, UnknownWorker> {
         let lease = Lease { index: outcome.index, attempt };
         let step = self.queue.report(worker, lease, &outcome.digest, now)?;
-        let name = self
-            .queue
-            .workers()
-            .find(|(id, _)| *id == worker)
-            .map(|(_, w)| w.name.clone())
-            .unwrap_or_default();
+        let name = self.name(worker);
         let index = outcome.index;
         let record = Record { outcome, attempt, worker: name, wall_s };
         Ok(match step {
@@ -209,19 +225,71 @@ impl Engine {
         })
     }
 
-    /// An entry is durable now.
-    pub fn stored(&mut self, entry: &Entry) {
+    /// An entry is durable now. Returns what follows from it.
+    pub fn stored(&mut self, entry: &Entry) -> Vec<Event> {
         match entry {
-            Entry::Conflict(_) => self.conflicts += 1,
-            Entry::Audit { .. } => self.audits_agreed += 1,
             // Written by `runout retry`, while no coordinator works on the directory.
-            Entry::Withdrawn { .. } => {}
+            Entry::Withdrawn { .. } => Vec::new(),
             Entry::Outcome(record) => {
                 self.queue.stored(done(record));
-                self.waiting.insert(record.outcome.index, record.outcome.clone());
+                self.waiting.insert(record.outcome.index, Essence::of(&record.outcome));
                 self.fold();
+                Vec::new()
+            }
+            Entry::Conflict(record) => {
+                self.conflicts += 1;
+                let index = record.outcome.index;
+                let first = self.queue.digest(index).map(str::to_owned).zip(self.essence(index));
+                if let Some((digest, first)) = first {
+                    self.contest(index, &digest, first);
+                }
+                self.contest(index, &record.outcome.digest, Essence::of(&record.outcome));
+                let events = self.queue.contradicted(index, Opinion::of(record));
+                self.correct(events)
+            }
+            Entry::Audit { index, worker } => {
+                self.audits_agreed += 1;
+                let events = self.queue.agreed(*index, worker);
+                self.correct(events)
             }
         }
+    }
+
+    /// Replaces outcomes that were overruled, and folds anew.
+    fn correct(&mut self, events: Vec<Event>) -> Vec<Event> {
+        let mut anew = false;
+        for event in &events {
+            let Event::Corrected { index, digest } = event else { continue };
+            let known = self.contested.get(index).into_iter().flatten();
+            let essence = known.filter(|(d, _)| d == digest).map(|(_, essence)| *essence).next();
+            let essence = essence.expect("a verdict is one of the opinions");
+            match usize::try_from(*index).ok().and_then(|i| self.folded.get_mut(i)) {
+                Some(folded) => (*folded, anew) = (essence, true),
+                None => drop(self.waiting.insert(*index, essence)),
+            }
+        }
+        if anew {
+            let folded = std::mem::take(&mut self.folded);
+            self.waiting.extend((0..).zip(folded));
+            self.estimator = self.empty.clone();
+            self.fold();
+            if !self.is_over() {
+                self.queue.go_on();
+            }
+        }
+        events
+    }
+
+    fn contest(&mut self, index: u64, digest: &str, essence: Essence) {
+        let known = self.contested.entry(index).or_default();
+        if known.iter().all(|(d, _)| d != digest) {
+            known.push((digest.to_owned(), essence));
+        }
+    }
+
+    fn essence(&self, index: u64) -> Option<Essence> {
+        let folded = usize::try_from(index).ok().and_then(|i| self.folded.get(i));
+        folded.or_else(|| self.waiting.get(&index)).copied()
     }
 
     fn fold(&mut self) {
@@ -233,9 +301,11 @@ impl Engine {
 
     fn fold_waiting(&mut self) {
         while !self.is_over()
-            && let Some(outcome) = self.waiting.remove(&self.estimator.next_index())
+            && let Some(essence) = self.waiting.remove(&self.estimator.next_index())
         {
+            let outcome = essence.outcome(self.estimator.next_index());
             self.estimator.push(&outcome).expect("the outcome is the next one");
+            self.folded.push(essence);
         }
     }
 }
@@ -249,6 +319,57 @@ fn done_before<'a>(record: &'a Gist, digest: &'a str) -> Done<'a> {
         attempt: record.attempt,
         wall_s: record.wall_s,
         poison: record.reason == Reason::Poison,
+    }
+}
+
+/// What the estimator looks at of an outcome: a tenth of its memory, kept for the case that one is overruled.
+#[derive(Debug, Clone, Copy)]
+struct Essence {
+    kind: OutcomeKind,
+    reason: Reason,
+    energy_drifted: bool,
+    /// Largest displacement, its 99.9 % quantile, and the advance of the toe, m.
+    distances_m: Option<[f64; 3]>,
+}
+
+impl Essence {
+    fn of(outcome: &Outcome) -> Essence {
+        let Outcome { outcome: kind, reason, energy_drifted, measures, .. } = outcome;
+        Essence::new(*kind, *reason, *energy_drifted, measures.as_ref())
+    }
+
+    fn of_gist(record: &Gist) -> Essence {
+        Essence::new(record.outcome, record.reason, record.energy_drifted, record.measures.as_ref())
+    }
+
+    fn new(kind: OutcomeKind, reason: Reason, energy_drifted: bool, measures: Option<&Measures>) -> Essence {
+        let distances = |m: &Measures| [m.max_displacement_m, m.displacement_q999_m, m.toe_advance_m];
+        Essence { kind, reason, energy_drifted, distances_m: measures.map(distances) }
+    }
+
+    /// An outcome that the estimator cannot tell from the whole one.
+    fn outcome(self, index: u64) -> Outcome {
+        let measures = |[max_displacement_m, displacement_q999_m, toe_advance_m]: [f64; 3]| Measures {
+            max_displacement_m,
+            displacement_q999_m,
+            toe_advance_m,
+            crest_retreat_m: 0.0,
+            moved_area_m2: 0.0,
+            deposit_height_at_toe_m: 0.0,
+            time_to_rest_s: None,
+        };
+        Outcome {
+            index,
+            outcome: self.kind,
+            reason: self.reason,
+            measures: self.distances_m.map(measures),
+            energy: None,
+            energy_drifted: self.energy_drifted,
+            simulated_s: 0.0,
+            steps: 0,
+            points: 0,
+            digest: String::new(),
+        }
     }
 }
 

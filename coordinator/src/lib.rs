@@ -4,7 +4,7 @@
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
+//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
 //!    [`verify`] checks; [`submit`] hands all that to a batch system.
 //! 3. [`outcomes`] is the table of results; [`fit_tables`], [`replays`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
@@ -22,6 +22,7 @@ pub mod history;
 pub mod local;
 pub mod progress;
 pub mod queue;
+pub mod rulings;
 pub mod run_directory;
 pub mod serve;
 pub mod service;

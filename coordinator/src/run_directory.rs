@@ -263,7 +263,7 @@ pub struct RunView {
     pub profile_text: Option<String>,
     /// Every recorded outcome, in index order, gaps and outcomes beyond the stopping index included.
     pub records: Vec<Record>,
-    /// Later outcomes that contradict a recorded one.
+    /// Outcomes that contradict the one recorded first.
     pub conflicts: Vec<Record>,
     /// Indices that were run twice with equal results.
     pub audited: BTreeSet<u64>,

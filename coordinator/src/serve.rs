@@ -250,8 +250,9 @@ async fn until_end(
     let mut failure = shared.writer().failure();
     let mut tick = tokio::time::interval(options.heartbeat / 4);
     let mut drained_by: Option<Instant> = None;
-    let mut audited_by: Option<Instant> = None;
+    let mut audited_by: Option<(usize, Instant)> = None;
     let mut told_by: Option<Instant> = None;
+    let mut told = false;
     loop {
         let changed = shared.changed().notified();
         tokio::select! {
@@ -272,12 +273,18 @@ async fn until_end(
         let interrupts = *interrupts.borrow();
         let look = Look::at(shared);
         if look.over {
-            if let Some(limit) = look.audit_limit
-                && now < *audited_by.get_or_insert(now + limit)
-                && interrupts == 0
-            {
-                continue;
+            if let Some(limit) = look.audit_limit {
+                // What a worker set aside leaves to be run again takes time of its own.
+                let (_, by) = *match &mut audited_by {
+                    Some(set) if set.0 >= look.audits_due => set,
+                    unset => unset.insert((look.audits_due, now + limit)),
+                };
+                if now < by && interrupts == 0 {
+                    told_by = None;
+                    continue;
+                }
             }
+            told = true;
             let told_by = *told_by.get_or_insert_with(|| {
                 shared.engine().close();
                 shared.changed().notify_waiters();
@@ -286,7 +293,17 @@ async fn until_end(
             if look.told || now >= told_by || interrupts > 0 {
                 return Ok(shared.status().state);
             }
-        } else if interrupts > 0 {
+            continue;
+        }
+        // It may have been over, and an outcome that it rested on was overruled.
+        if told {
+            tracing::warn!(
+                "an outcome was overruled after the workers had been told to leave: run the command again"
+            );
+            return Ok(State::Interrupted);
+        }
+        audited_by = None;
+        if interrupts > 0 {
             let by = *drained_by.get_or_insert_with(|| {
                 tracing::info!("interrupted: waiting up to {:?} for running realisations", options.grace);
                 shared.engine().drain();
@@ -305,6 +322,7 @@ struct Look {
     over: bool,
     idle: bool,
     told: bool,
+    audits_due: usize,
     audit_limit: Option<Duration>,
     lost_after: Duration,
 }
@@ -317,6 +335,7 @@ impl Look {
             over: engine.is_over(),
             idle: queue.leases().next().is_none(),
             told: queue.everyone_told(),
+            audits_due: queue.audits_due(),
             audit_limit: queue.audit_limit(),
             lost_after: queue.settings().lost_after(),
         }

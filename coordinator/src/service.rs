@@ -96,6 +96,15 @@ impl Shared {
                 Event::Hung { index } => {
                     tracing::warn!("realisation {index} takes no more steps: its worker is told to end it");
                 }
+                Event::SetAside { name, doubtful } => tracing::error!(
+                    "worker {name} computes other bits than others and is set aside; {doubtful} of its outcomes are run \
+                     again"
+                ),
+                Event::Corrected { index, .. } => {
+                    tracing::warn!(
+                        "realisation {index}: the outcome recorded first was wrong; another counts now"
+                    );
+                }
                 Event::Poisoned { index } => {
                     tracing::error!("realisation {index} took several workers down: recorded as poison");
                     self.writer.note(What::Poisoned { index });
@@ -110,9 +119,9 @@ impl Shared {
     /// Makes an entry durable and tells the engine.
     async fn store(self: Arc<Self>, entry: Entry) -> Result<(), tonic::Status> {
         self.writer.write(Job::Entry(Box::new(entry.clone()))).await?;
-        self.engine().stored(&entry);
+        let events = self.engine().stored(&entry);
         self.writer.note(What::from(&entry));
-        self.changed.notify_waiters();
+        self.handle(events);
         Ok(())
     }
 }
@@ -278,7 +287,8 @@ impl Coordinator for Service {
         };
         if verdict == Verdict::Conflict {
             tracing::error!(
-                "realisation {index}: a second outcome has another digest; both are kept, the worker is set aside"
+                "realisation {index}: a second outcome has another digest; both are kept, and a third run by another \
+                 worker decides"
             );
         }
         self.shared.changed.notify_waiters();

@@ -3,6 +3,9 @@
 //! A [`Cluster`] is a temporary folder with a campaign and run directories, and the programs to work on them. Ports
 //! are chosen by the system. Nothing sleeps for luck: every wait is for a condition, with a limit.
 
+pub mod proxy;
+pub mod table;
+
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -136,6 +139,15 @@ impl Cluster {
         (process, url.trim().to_owned())
     }
 
+    /// The coordinator for run directory `out` again, where the one at `url` was, so that its workers find it.
+    pub fn serve_again(&self, out: &str, url: &str, more: &[&str]) -> Process {
+        let listen = url.strip_prefix("http://").expect("a URL of a coordinator");
+        let mut arguments = vec!["serve", "campaign.toml", "--out", out, "--listen", listen];
+        arguments.extend(["--heartbeat", "0.25"]);
+        arguments.extend(more);
+        self.runout(&arguments)
+    }
+
     /// A worker of `program` for the coordinator at `url`, with a spool of its own in this folder.
     pub fn worker(&self, program: &Path, url: &str, more: &[&str], faults: &[(&str, &str)]) -> Process {
         let mut arguments = vec!["--coordinator", url, "--slots", "1", "--spool", "spool"];
@@ -221,6 +233,11 @@ impl Process {
     /// Sends it a signal (`-STOP`, `-CONT`).
     pub fn signal(&self, name: &str) {
         signal(name, self.child.id());
+    }
+
+    /// Its process number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// What it has printed.

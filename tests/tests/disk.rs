@@ -2,7 +2,8 @@
 //!
 //! The realisations are synthetic: see `faults.rs`.
 
-use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
+use runout_tests::table::Figures;
+use runout_tests::{COARSE, Cluster, programs, recorded, results, wait_for};
 use std::fs::{self, File, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -36,6 +37,12 @@ fn a_full_disk_ends_the_campaign_and_room_lets_it_go_on() {
     let mut again = cluster.runout(&RUN);
     assert_eq!(again.exit_code(), 3, "{}", again.errors());
     assert_eq!(results(&out).lines().count(), kept + 20);
+
+    let undisturbed = Cluster::new(&stopping_at(kept + 20));
+    assert_eq!(undisturbed.runout(&RUN).exit_code(), 3);
+    let mut figures = Figures { rounds: 1, ..Figures::default() };
+    figures.take(&out, &results(&undisturbed.path("out")), &(0..kept as u64).collect());
+    figures.settle("disk full under the coordinator: it ends, and goes on once there is room");
 }
 
 #[test]
@@ -54,14 +61,69 @@ fn what_may_not_be_written_is_named() {
     let locked = cluster.path("locked");
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, Permissions::from_mode(0o555)).unwrap();
-    if File::create(locked.join("probe")).is_ok() {
-        eprintln!("SKIPPED: a run directory that may not be written (this user may write anywhere)");
+    if File::create(locked.join("probe")).is_err() {
+        let said = serve("locked/out");
+        assert!(said.contains("error: locked/out: Permission denied"), "{said}");
+        let said = serve("locked");
+        assert!(said.contains("error: locked/coordinator.lock: Permission denied"), "{said}");
         return;
     }
-    let said = serve("locked/out");
+    // This user may write anywhere: the same as nobody, with a copy of the program that nobody can reach.
+    fs::remove_file(locked.join("probe")).unwrap();
+    fs::copy(programs().join("runout"), cluster.path("runout")).unwrap();
+    open_to_all(&cluster.path("."));
+    let as_nobody = |out: &str| {
+        let line = format!(
+            "exec setpriv --reuid=65534 --regid=65534 --clear-groups ./runout serve campaign.toml --out {out} \
+             --listen 127.0.0.1:0"
+        );
+        let mut process = cluster.shell(&line);
+        assert_eq!(process.exit_code(), 2, "{}", process.errors());
+        process.errors()
+    };
+    let said = as_nobody("locked/out");
     assert!(said.contains("error: locked/out: Permission denied"), "{said}");
-    let said = serve("locked");
+    let said = as_nobody("locked");
     assert!(said.contains("error: locked/coordinator.lock: Permission denied"), "{said}");
+    // A campaign of somebody else's: it can be read and not continued.
+    let mut finished = cluster.runout(&RUN);
+    assert_eq!(finished.exit_code(), 3, "{}", finished.errors());
+    let said = as_nobody("out");
+    assert!(said.contains("error: out/coordinator.lock: Permission denied"), "{said}");
+    let mut status =
+        cluster.shell("exec setpriv --reuid=65534 --regid=65534 --clear-groups ./runout status out");
+    assert_eq!(status.exit_code(), 0, "{}", status.errors());
+    assert!(status.output().contains("maximum"), "{}", status.output());
+}
+
+/// Everybody may read the folder and what lies in it.
+fn open_to_all(folder: &Path) {
+    fs::set_permissions(folder, Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn a_worker_whose_disk_is_full_reports_from_memory() {
+    let cluster = Cluster::new(&stopping_at(60));
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    // No file may hold a byte where it runs; what it says goes through a pipe.
+    let line = format!(
+        "(trap '' XFSZ; ulimit -f 0; exec {SYNTHETIC} --coordinator {url} --slots 2 --spool spool) 2>&1 | cat >&2"
+    );
+    let mut worker = cluster.shell(&line);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    worker.wait();
+    assert!(
+        worker.errors().contains("the outcome is not spooled and lives in memory only"),
+        "{}",
+        worker.errors()
+    );
+
+    let undisturbed = Cluster::new(&stopping_at(60));
+    assert_eq!(undisturbed.runout(&RUN).exit_code(), 3);
+    let mut figures = Figures { rounds: 1, ..Figures::default() };
+    let all = (0..60).collect();
+    figures.take(&cluster.path("out"), &results(&undisturbed.path("out")), &all);
+    figures.settle("disk full under a worker's spool, throughout");
 }
 
 #[test]

@@ -6,9 +6,12 @@
 use runout_proto::identity;
 use runout_proto::v1::RegisterRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
+use runout_tests::table::Figures;
 use runout_tests::{COARSE, Cluster, recorded, results, wait_for};
+use std::collections::BTreeSet;
 use std::net::TcpListener;
 use std::path::Path;
+use std::time::Instant;
 
 fn synthetic() -> &'static Path {
     Path::new(env!("CARGO_BIN_EXE_synthetic-worker"))
@@ -96,48 +99,70 @@ fn an_index_that_takes_workers_down_is_poison_and_the_campaign_goes_on() {
     assert!(results.lines().nth(7).unwrap().contains("\"reason\":\"poison\""), "{results}");
 }
 
-/// Of two outcomes that differ the second reporter is set aside. So that this is surely the odd worker, a sound one
-/// records some outcomes alone, in a session without audits, and the odd one starts the next session.
-#[test]
-fn a_worker_with_other_bits_is_found_by_the_audit_and_set_aside() {
-    let audits =
-        |fraction| to_the_maximum().replace("audit_fraction = 0.1", &format!("audit_fraction = {fraction}"));
-    let cluster = Cluster::new(&audits(0.0));
-    let slow = ("SYNTHETIC_MS", "20");
-    let (mut coordinator, url) = cluster.serve("out", &[]);
-    let sound = cluster.worker(synthetic(), &url, &["--name", "sound"], &[slow]);
-    wait_for("5 outcomes", || (recorded(&cluster.path("out")) >= 5).then_some(()));
-    coordinator.signal("-TERM");
-    assert_eq!(coordinator.exit_code(), 130, "{}", coordinator.errors());
-    sound.signal("-KILL");
-
-    std::fs::write(cluster.path("campaign.toml"), audits(1.0)).unwrap();
-    let (mut coordinator, url) = cluster.serve("out", &["--json"]);
-    let mut odd =
-        cluster.worker(synthetic(), &url, &["--name", "odd"], &[slow, ("SYNTHETIC_OTHER_BITS", "1")]);
-    assert_eq!(odd.exit_code(), 0, "{}", odd.errors());
-    assert!(coordinator.errors().contains("another digest"), "{}", coordinator.errors());
-    let _sound = cluster.worker(synthetic(), &url, &["--name", "sound-again"], &[slow]);
-    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
-    assert!(coordinator.output().contains("\"conflicts\": 1"), "{}", coordinator.output());
+/// Every outcome is audited; one of the workers computes other bits.
+fn audited() -> String {
+    to_the_maximum().replace("audit_fraction = 0.1", "audit_fraction = 1.0")
 }
 
+/// The odd worker comes first and alone: it records, and audits itself. Two sound ones contradict it then.
 #[test]
-fn a_worker_that_falls_silent_is_lost_and_welcome_back() {
-    let cluster = Cluster::new(&to_the_maximum());
-    let (mut coordinator, url) = cluster.serve("out", &[]);
-    let slow = [("SYNTHETIC_MS", "40")];
-    let mut silent = cluster.worker(synthetic(), &url, &["--name", "silent"], &slow);
-    let mut other = cluster.worker(synthetic(), &url, &["--name", "other"], &slow);
-    wait_for("4 outcomes", || (recorded(&cluster.path("out")) >= 4).then_some(()));
-    silent.signal("-STOP");
-    wait_for("its loss", || coordinator.errors().contains("worker silent is lost").then_some(()));
-    silent.signal("-CONT");
-    wait_for("its return", || silent.errors().contains("registering again").then_some(()));
+fn a_worker_with_other_bits_is_overruled_although_it_came_first_and_its_results_are_run_again() {
+    let expected = undisturbed(&audited(), 1, 3);
+    let cluster = Cluster::new(&audited());
+    let out = cluster.path("out");
+    let (mut coordinator, url) = cluster.serve("out", &["--json"]);
+    let slow = ("SYNTHETIC_MS", "20");
+    let odd = [slow, ("SYNTHETIC_OTHER_BITS", "1")];
+    let mut odd = cluster.worker(synthetic(), &url, &["--name", "odd"], &odd);
+    wait_for("5 outcomes", || (recorded(&out) >= 5).then_some(()));
+    let started = Instant::now();
+    let sound = |name| cluster.worker(synthetic(), &url, &["--name", name], &[slow]);
+    let (mut first, mut second) = (sound("first"), sound("second"));
+    assert_eq!(odd.exit_code(), 0, "{}", odd.errors());
+    let mut figures = Figures { rounds: 1, recovery: vec![started.elapsed()], ..Figures::default() };
     assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
-    assert_eq!(silent.exit_code(), 0, "{}", silent.errors());
-    assert_eq!(other.exit_code(), 0, "{}", other.errors());
-    assert_eq!(results(&cluster.path("out")), undisturbed(&to_the_maximum(), 2, 3));
+    for worker in [&mut first, &mut second] {
+        assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    }
+    let said = coordinator.errors();
+    assert!(said.contains("another digest"), "{said}");
+    assert!(said.contains("worker odd computes other bits than others and is set aside"), "{said}");
+    assert!(said.contains("the outcome recorded first was wrong"), "{said}");
+    assert!(!said.contains("worker first computes") && !said.contains("worker second computes"), "{said}");
+    assert!(coordinator.output().contains("\"audits_due\": 0"), "{}", coordinator.output());
+    figures.take(&out, &expected, &BTreeSet::new());
+    figures.settle(
+        "worker with wrong bits, first and alone: overruled, its results run again (time until set aside)",
+    );
+}
+
+/// Two workers that differ: neither is believed until a third has run it, whenever that comes, and the answer survives
+/// a restart of the coordinator in between.
+#[test]
+fn of_two_workers_that_differ_a_third_decides() {
+    let expected = undisturbed(&audited(), 1, 3);
+    let cluster = Cluster::new(&audited());
+    let out = cluster.path("out");
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let slow = ("SYNTHETIC_MS", "40");
+    let sound = |name| cluster.worker(synthetic(), &url, &["--name", name], &[slow]);
+    let odd = [slow, ("SYNTHETIC_OTHER_BITS", "1")];
+    let (mut first, mut odd) = (sound("first"), cluster.worker(synthetic(), &url, &["--name", "odd"], &odd));
+    coordinator.wait_until_said("another digest");
+    coordinator.kill();
+    let mut coordinator = cluster.serve_again("out", &url, &[]);
+    wait_for("more outcomes", || (recorded(&out) >= 20).then_some(()));
+    assert!(!coordinator.errors().contains("set aside"), "{}", coordinator.errors());
+    let mut second = sound("second");
+    assert_eq!(odd.exit_code(), 0, "{}", odd.errors());
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    for worker in [&mut first, &mut second] {
+        assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    }
+    assert!(coordinator.errors().contains("worker odd computes other bits"), "{}", coordinator.errors());
+    let mut figures = Figures { rounds: 1, ..Figures::default() };
+    figures.take(&out, &expected, &BTreeSet::new());
+    figures.settle("two workers differ and the coordinator is killed: a third run decides");
 }
 
 #[test]

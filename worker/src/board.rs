@@ -6,7 +6,7 @@ use runout_proto::v1::{LeaseProgress, LeaseRef};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 /// Whether to go on. Only ever raised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,6 +26,20 @@ pub struct Held {
     pub progress: Progress,
     /// Whether only its report is outstanding.
     pub reporting: AtomicBool,
+    cancelled: Notify,
+}
+
+impl Held {
+    /// Asks the computation to end.
+    fn cancel(&self) {
+        self.progress.cancel();
+        self.cancelled.notify_one();
+    }
+
+    /// Waits until the computation has been asked to end. For one waiter.
+    pub async fn cancelled(&self) {
+        self.cancelled.notified().await;
+    }
 }
 
 /// What slots and heartbeat share.
@@ -107,7 +121,7 @@ impl Board {
     /// Ends the computation of a lease.
     pub fn cancel(&self, lease: LeaseRef) {
         if let Some(held) = locked(&self.held).get(&(lease.index, lease.attempt)) {
-            held.progress.cancel();
+            held.cancel();
         }
     }
 
@@ -120,7 +134,7 @@ impl Board {
         });
         if mode == Mode::Stopping {
             for held in locked(&self.held).values() {
-                held.progress.cancel();
+                held.cancel();
             }
         }
     }

@@ -38,6 +38,9 @@ pub struct Options {
     /// Leave when there has been nothing to do for this long
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub idle_leave: Option<Duration>,
+    /// Time for a realisation to end once it is cancelled (it looks every step); then the worker gives up and ends
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
+    pub stuck_after: Duration,
     /// Leave at the end of standard input: for a worker whose parent holds the other end
     #[arg(long, hide = true)]
     pub leave_with_parent: bool,

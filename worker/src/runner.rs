@@ -24,6 +24,8 @@ use thiserror::Error;
 use tokio::sync::{oneshot, watch};
 use tokio::task::JoinSet;
 
+/// Longest wait for a cancelled computation when the worker is leaving: the process ends its threads anyway.
+const LEAVE_LIMIT: Duration = Duration::from_secs(1);
 /// Wait before a draining coordinator is asked again: it is about to go.
 const DRAINING_WAIT: Duration = Duration::from_secs(1);
 
@@ -50,6 +52,17 @@ pub enum WorkerError {
     /// The system refuses a thread.
     #[error("the system refuses a thread: {0}")]
     System(#[from] io::Error),
+    /// A computation has not seen its cancellation, and holds its slot for ever.
+    #[error(
+        "realisation {index} was cancelled {limit:.0?} ago and has not ended: it holds a slot and a core for ever, so \
+         this worker ends; start another one in its place"
+    )]
+    Stuck {
+        /// Its index.
+        index: u64,
+        /// How long it was waited for.
+        limit: Duration,
+    },
 }
 
 /// What every slot works with.
@@ -59,6 +72,8 @@ struct Work {
     leave: Leave,
     spool: Spool,
     realise: Realise,
+    stuck_after: Duration,
+    grace: Duration,
 }
 
 impl WorkerError {
@@ -66,7 +81,7 @@ impl WorkerError {
     pub fn is_final(&self) -> bool {
         match self {
             WorkerError::Client(ClientError::GaveUp(..) | ClientError::NoAddress { .. }) => false,
-            WorkerError::Spool { .. } | WorkerError::System(_) => false,
+            WorkerError::Spool { .. } | WorkerError::System(_) | WorkerError::Stuck { .. } => false,
             WorkerError::Client(_) | WorkerError::Prepare(_) | WorkerError::Kernel(_) => true,
         }
     }
@@ -109,7 +124,8 @@ pub async fn run(
     let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;
-    let work = Arc::new(Work { client, board, leave, spool, realise });
+    let (stuck_after, grace) = (options.stuck_after, options.grace);
+    let work = Arc::new(Work { client, board, leave, spool, realise, stuck_after, grace });
 
     let leaving = tokio::spawn(leave_when_asked(Arc::clone(&work), interrupts, options.grace));
     let mut slots = JoinSet::new();
@@ -117,22 +133,18 @@ pub async fn run(
     for _ in 0..introduction.slots {
         slots.spawn(slot(Arc::clone(&work)));
     }
-    for ended in slots.join_all().await {
-        if let Err(error) = ended {
-            work.board.fail(error);
-        }
-    }
+    let failed = slots.join_all().await.into_iter().find_map(Result::err);
     leaving.abort();
     work.board.raise(Mode::Stopping);
-    let failure = work.board.failure();
-    if failure.is_none() {
+    let failure = work.board.failure().map(WorkerError::from).or(failed);
+    if !matches!(failure, Some(WorkerError::Client(_))) {
         let worker_id = work.board.registration().worker_id;
         let leases = work.board.leases();
         work.client.release(ReleaseRequest { worker_id, leases, error: None, leaving: true }).await;
     }
     // The thread ends within one heartbeat's answer; an answer that never comes is no reason to stay.
     drop(beating);
-    failure.map_or(Ok(()), |error| Err(error.into()))
+    failure.map_or(Ok(()), Err)
 }
 
 async fn leave_when_asked(work: Arc<Work>, mut interrupts: watch::Receiver<u32>, grace: Duration) {
@@ -150,7 +162,7 @@ async fn leave_when_asked(work: Arc<Work>, mut interrupts: watch::Receiver<u32>,
 }
 
 /// Delivers what an earlier process with the same spool left behind.
-async fn deliver_left_behind(work: Arc<Work>) -> Result<(), ClientError> {
+async fn deliver_left_behind(work: Arc<Work>) -> Result<(), WorkerError> {
     let reports = work.spool.left_behind().unwrap_or_else(|error| {
         tracing::warn!("the spool cannot be read: {error}");
         Vec::new()
@@ -166,13 +178,13 @@ async fn deliver_left_behind(work: Arc<Work>) -> Result<(), ClientError> {
                 tracing::warn!("an outcome left behind is refused: {why}");
                 work.spool.forget(&path);
             }
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         }
     }
     Ok(())
 }
 
-async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
+async fn slot(work: Arc<Work>) -> Result<(), WorkerError> {
     let mut mode = work.board.mode();
     loop {
         if work.leave.is_too_late() {
@@ -214,7 +226,7 @@ async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
     }
 }
 
-async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError> {
+async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), WorkerError> {
     let held = work.board.take(lease);
     let (computed, wall) = compute(work, &held, lease.index).await;
     work.leave.note(wall);
@@ -238,6 +250,10 @@ async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError>
         }
         Computed::Cancelled => None,
         Computed::Broken(message) => Some(message),
+        Computed::Stuck => {
+            work.board.drop_lease(lease);
+            return stuck(work, lease.index);
+        }
     };
     work.board.drop_lease(lease);
     if let Some(message) = broken {
@@ -252,10 +268,28 @@ async fn give_back(work: &Work, lease: LeaseRef, error: Option<String>) {
     work.client.release(ReleaseRequest { worker_id, leases: vec![lease], error, leaving: false }).await;
 }
 
+/// A computation that does not end takes its slot with it. Threads cannot be ended from outside, so the whole process
+/// has to go: the other slots finish what they run, within the grace.
+fn stuck(work: &Arc<Work>, index: u64) -> Result<(), WorkerError> {
+    if *work.board.mode().borrow() == Mode::Stopping {
+        return Ok(());
+    }
+    tracing::error!("realisation {index} does not end although it was cancelled: this worker leaves");
+    work.board.raise(Mode::Draining);
+    let others = Arc::clone(work);
+    tokio::spawn(async move {
+        tokio::time::sleep(others.grace).await;
+        others.board.raise(Mode::Stopping);
+    });
+    Err(WorkerError::Stuck { index, limit: work.stuck_after })
+}
+
 enum Computed {
     Outcome(Outcome),
     Cancelled,
     Broken(String),
+    /// It was cancelled and has not ended within the limit.
+    Stuck,
 }
 
 /// Computes on a thread of its own, so that neither runtime is held up.
@@ -270,14 +304,32 @@ async fn compute(work: &Arc<Work>, held: &Arc<Held>, index: u64) -> (Computed, D
     });
     let computed = match spawned {
         Err(error) => Computed::Broken(format!("the system refuses a thread: {error}")),
-        Ok(_) => match result.await {
-            Ok(Ok(Ok(outcome))) => Computed::Outcome(outcome),
-            Ok(Ok(Err(Cancelled))) => Computed::Cancelled,
-            Ok(Err(panic)) => Computed::Broken(panic_message(panic.as_ref())),
-            Err(_) => Computed::Broken("the computing thread ended without a result".to_owned()),
+        Ok(_) => tokio::select! {
+            biased;
+            ended = result => match ended {
+                Ok(Ok(Ok(outcome))) => Computed::Outcome(outcome),
+                Ok(Ok(Err(Cancelled))) => Computed::Cancelled,
+                Ok(Err(panic)) => Computed::Broken(panic_message(panic.as_ref())),
+                Err(_) => Computed::Broken("the computing thread ended without a result".to_owned()),
+            },
+            () = does_not_end(work, held) => Computed::Stuck,
         },
     };
     (computed, started.elapsed())
+}
+
+/// Returns when a computation has had its time to end after it was cancelled.
+async fn does_not_end(work: &Work, held: &Held) {
+    held.cancelled().await;
+    let mut mode = work.board.mode();
+    let leaving = async {
+        reached(&mut mode, Mode::Stopping).await;
+        tokio::time::sleep(LEAVE_LIMIT).await;
+    };
+    tokio::select! {
+        () = tokio::time::sleep(work.stuck_after) => {}
+        () = leaving => {}
+    }
 }
 
 fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
@@ -316,7 +368,10 @@ async fn deliver(work: &Arc<Work>, mut report: ReportRequest) -> Result<bool, Cl
                 tracing::error!("realisation {index}: another worker got other bits");
                 return Ok(true);
             }
-            Some(_) => return Ok(true),
+            Some(verdict) => {
+                tracing::debug!("realisation {index}, attempt {}: {}", report.attempt, verdict.as_str_name());
+                return Ok(true);
+            }
             None => tokio::select! {
                 renewed = work.board.renew(&work.client, id) => renewed?,
                 () = reached(&mut mode, Mode::Stopping) => return Ok(false),

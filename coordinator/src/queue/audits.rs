@@ -1,6 +1,6 @@
-//! Which realisations are run twice, and by whom.
+//! Which realisations are run again, and by whom.
 //!
-//! The seed chooses them. The second run goes to another worker; a worker that is alone runs its own again, which
+//! The seed chooses some; contested ones and those of workers set aside come in addition (see `disputes`). The second run goes to another worker; a worker that is alone runs its own again, which
 //! still finds what is not reproducible on one machine (faulty memory, a race). Audits that are due when the campaign
 //! ends are run then, within a limit.
 
@@ -22,13 +22,18 @@ impl Queue {
     pub(super) fn audit_for(&self, worker: &str) -> Option<u64> {
         let alone = self.workers().all(|(_, w)| w.name == worker || w.set_aside);
         let running = |index| self.leases.range(attempts_of(index)).next().is_some();
-        let fits = |index: &u64| (alone || self.recorded[index].worker != worker) && !running(*index);
+        // Who alone contradicts others, or was set aside, cannot decide.
+        let other = |index| match self.disputes.get(&index) {
+            Some(opinions) => opinions.iter().all(|o| o.worker != worker),
+            None => alone || self.recorded[&index].worker != worker,
+        };
+        let fits = |index: &u64| other(*index) && !running(*index);
         self.audits_due.iter().copied().find(fits)
     }
 
     /// Whether nothing is wanted any more, audits included.
     pub(super) fn is_over(&self) -> bool {
-        self.finished && (self.closed || self.audits_due.is_empty())
+        self.finished && (self.closed || (self.audits_due.is_empty() && self.weighing.is_empty()))
     }
 
     /// Once the campaign is over: how long the audits that are due may take; absent if there is nothing to wait for.

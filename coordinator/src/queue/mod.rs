@@ -6,6 +6,7 @@
 //! at most a bounded look-ahead beyond it, so that stopping wastes little.
 
 mod audits;
+mod disputes;
 mod durations;
 mod moves;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod tests;
 mod types;
 mod workers;
 
+use crate::rulings::{Disputes, Rulings};
 pub use audits::is_audited;
 use durations::Durations;
 use std::collections::{BTreeMap, BTreeSet};
@@ -45,12 +47,20 @@ pub struct Queue {
     recorded: BTreeMap<u64, Recorded>,
     attempts: BTreeMap<u64, Attempts>,
     audits_due: BTreeSet<u64>,
+    /// Who has agreed with a recorded outcome.
+    auditors: BTreeMap<u64, Vec<String>>,
+    disputes: Disputes,
+    rulings: Rulings,
+    /// Second opinions that are being made durable: index and worker.
+    weighing: BTreeSet<(u64, String)>,
     /// Leases taken back because they hang: their workers cannot have them again.
     hung: BTreeSet<Lease>,
     durations: Durations,
     draining: bool,
     /// No realisation is wanted any more; audits may be.
     finished: bool,
+    /// Results are below this; everything may be one before [`Queue::finish`].
+    end: u64,
     /// Nor are audits.
     closed: bool,
 }
@@ -69,10 +79,15 @@ impl Queue {
             recorded: BTreeMap::new(),
             attempts: BTreeMap::new(),
             audits_due: BTreeSet::new(),
+            auditors: BTreeMap::new(),
+            disputes: Disputes::new(),
+            rulings: Rulings::default(),
+            weighing: BTreeSet::new(),
             hung: BTreeSet::new(),
             durations: Durations::default(),
             draining: false,
             finished: false,
+            end: u64::MAX,
             closed: false,
         }
     }
@@ -115,6 +130,16 @@ impl Queue {
         self.workers.iter()
     }
 
+    /// A worker by its id.
+    pub fn worker(&self, id: WorkerId) -> Option<&Worker> {
+        self.workers.get(id)
+    }
+
+    /// Digest of the outcome of this index that counts.
+    pub fn digest(&self, index: u64) -> Option<&str> {
+        self.recorded.get(&index).map(|recorded| recorded.digest.as_str())
+    }
+
     /// Leases given out, in index order.
     pub fn leases(&self) -> impl Iterator<Item = (Lease, &Running)> {
         self.leases.iter().map(|(lease, running)| (*lease, running))
@@ -137,7 +162,8 @@ impl Queue {
 
     /// Registers a worker with the leases it still holds.
     pub fn register(&mut self, name: &str, slots: u32, held: &[Held], now: Duration) -> WorkerId {
-        let id = self.workers.add(name, slots, now);
+        let set_aside = self.rulings.set_aside.contains(name);
+        let id = self.workers.add(name, slots, set_aside, now);
         for held in held {
             self.adopt(id, *held, now);
         }
@@ -226,22 +252,11 @@ impl Queue {
         if held.is_some() {
             self.leases.remove(&lease);
         }
-        if let Some(recorded) = self.recorded.get(&index) {
-            if recorded.poison {
-                return Ok(ReportStep::NotWanted);
-            }
-            if recorded.digest != digest {
-                self.workers.set_aside(id);
-                self.audits_due.remove(&index);
-                self.give_back_all(id);
-                return Ok(ReportStep::Conflict);
-            }
-            // The same attempt, delivered twice, is no second computation.
-            let second = recorded.attempt != lease.attempt && (audit || recorded.worker != name);
-            return Ok(if second && self.audits_due.remove(&index) {
-                ReportStep::AuditAgrees
+        if self.recorded.contains_key(&index) {
+            return Ok(if set_aside {
+                ReportStep::NotWanted
             } else {
-                ReportStep::Duplicate
+                self.second_opinion(name, lease, digest, audit)
             });
         }
         if self.storing.contains(&index) {
@@ -331,9 +346,23 @@ impl Queue {
     /// The campaign is over, and its results are the indices below `end`: no further realisation is wanted. Audits
     /// of the results still are, until [`Queue::close`]; then workers are told to leave.
     pub fn finish(&mut self, end: u64) {
+        let before = std::mem::replace(&mut self.end, end);
         self.finished = true;
         self.open.clear();
-        self.audits_due.retain(|index| *index < end);
+        if before < end {
+            self.look_for_audits();
+        } else {
+            self.audits_due.retain(|index| *index < end);
+        }
+    }
+
+    /// The campaign is not over after all: an outcome that it rested on was overruled.
+    pub fn go_on(&mut self) {
+        (self.finished, self.closed, self.end) = (false, false, u64::MAX);
+        for index in self.prefix..self.next {
+            self.reopen(index);
+        }
+        self.look_for_audits();
     }
 
     /// Audits that are still due are given up.

@@ -39,6 +39,8 @@ impl Queue {
                 && now.saturating_sub(running.since) > limit
                 && self.is_wanted(lease.index)
                 && self.leases.range(attempts_of(lease.index)).count() == 1
+                // Else an index that takes its workers down would always be running somewhere, and never be poison.
+                && self.attempts(lease.index).losses < self.settings.losses_to_poison
         });
         late.map(|(lease, _)| lease.index)
     }

@@ -1,6 +1,7 @@
 //! Properties of the queue under random events, and the rules one by one.
 
 use super::*;
+use crate::rulings::Opinion;
 use proptest::prelude::*;
 
 const SECOND: Duration = Duration::from_secs(1);
@@ -30,12 +31,32 @@ fn done<'a>(index: u64, attempt: u32, digest: &'a str, worker: &'a str) -> Done<
 
 /// Reports and stores in one go.
 fn finish(queue: &mut Queue, worker: WorkerId, lease: Lease, now: Duration) -> ReportStep {
-    let step = queue.report(worker, lease, &digest(lease.index), now).unwrap();
-    if step == ReportStep::Store {
-        let name = queue.workers().find(|(id, _)| *id == worker).unwrap().1.name.clone();
-        queue.stored(done(lease.index, lease.attempt, &digest(lease.index), &name));
-    }
-    step
+    finish_with(queue, worker, lease, &digest(lease.index), now).0
+}
+
+/// As [`finish`], with other bits; also what follows.
+fn finish_with(
+    queue: &mut Queue,
+    worker: WorkerId,
+    lease: Lease,
+    digest: &str,
+    now: Duration,
+) -> (ReportStep, Vec<Event>) {
+    let Lease { index, attempt } = lease;
+    let step = queue.report(worker, lease, digest, now).unwrap();
+    let name = queue.worker(worker).unwrap().name.clone();
+    let events = match step {
+        ReportStep::Store => {
+            queue.stored(done(index, attempt, digest, &name));
+            Vec::new()
+        }
+        ReportStep::AuditAgrees => queue.agreed(index, &name),
+        ReportStep::Conflict => {
+            queue.contradicted(index, Opinion { worker: name, attempt, digest: digest.to_owned() })
+        }
+        _ => Vec::new(),
+    };
+    (step, events)
 }
 
 #[test]
@@ -182,7 +203,7 @@ fn with_audits(maximum: u64) -> Queue {
 }
 
 #[test]
-fn audits_go_to_another_worker_and_a_contradiction_sets_aside() {
+fn audits_go_to_another_worker_and_a_third_decides_a_contradiction() {
     let mut queue = with_audits(100);
     let first = queue.register("first", 1, &[], SECOND);
     let second = queue.register("second", 1, &[], SECOND);
@@ -193,12 +214,82 @@ fn audits_go_to_another_worker_and_a_contradiction_sets_aside() {
     assert_eq!(audit, Lease { index: 0, attempt: 2 });
     // The first report, delivered again by somebody who found it in the spool, is no second run.
     assert_eq!(queue.report(second, lease, &digest(0), SECOND), Ok(ReportStep::Duplicate));
-    assert_eq!(queue.report(second, audit, &digest(0), SECOND), Ok(ReportStep::AuditAgrees));
+    assert_eq!(finish(&mut queue, second, audit, SECOND), ReportStep::AuditAgrees);
     assert_eq!(queue.audits_due(), 0);
     finish(&mut queue, first, Lease { index: 1, attempt: 1 }, SECOND);
     let audit = assigned(queue.lease(second, SECOND).unwrap());
-    assert_eq!(queue.report(second, audit, "other", SECOND), Ok(ReportStep::Conflict));
+    assert_eq!(finish_with(&mut queue, second, audit, "other", SECOND), (ReportStep::Conflict, vec![]));
+    // Delivered again it is no second voice.
+    assert_eq!(queue.report(second, audit, "other", SECOND), Ok(ReportStep::Duplicate));
+    // Neither of the two decides, and both go on.
+    assert_eq!(queue.audits_due(), 1);
+    for worker in [first, second] {
+        assert_eq!(assigned(queue.lease(worker, SECOND).unwrap()).attempt, 1);
+    }
+    let third = queue.register("third", 1, &[], SECOND);
+    let decisive = assigned(queue.lease(third, SECOND).unwrap());
+    assert_eq!(decisive, Lease { index: 1, attempt: 3 });
+    let (step, events) = finish_with(&mut queue, third, decisive, &digest(1), SECOND);
+    assert_eq!(step, ReportStep::AuditAgrees);
+    assert_eq!(events, [Event::SetAside { name: "second".into(), doubtful: 0 }]);
     assert_eq!(queue.lease(second, SECOND), Ok(LeaseAnswer::Finished));
+    // Under the same name it is not let in again.
+    let again = queue.register("second", 1, &[], SECOND);
+    assert_eq!(queue.lease(again, SECOND), Ok(LeaseAnswer::Finished));
+}
+
+#[test]
+fn what_a_worker_set_aside_has_recorded_is_run_again_and_corrected() {
+    let mut queue = with_audits(100);
+    let odd = queue.register("odd", 1, &[], SECOND);
+    for _ in 0..3 {
+        // Alone it records and audits itself.
+        let lease = assigned(queue.lease(odd, SECOND).unwrap());
+        finish_with(&mut queue, odd, lease, "odd", SECOND);
+        let audit = assigned(queue.lease(odd, SECOND).unwrap());
+        assert_eq!(finish_with(&mut queue, odd, audit, "odd", SECOND).0, ReportStep::AuditAgrees);
+    }
+    let lease = assigned(queue.lease(odd, SECOND).unwrap());
+    finish_with(&mut queue, odd, lease, "odd", SECOND);
+    let sound = ["a", "b"].map(|name| queue.register(name, 1, &[], SECOND));
+    let mut corrected = Vec::new();
+    for worker in sound {
+        let lease = assigned(queue.lease(worker, SECOND).unwrap());
+        assert_eq!(lease.index, 3);
+        corrected.extend(finish_with(&mut queue, worker, lease, &digest(3), SECOND).1);
+    }
+    // It came first and is overruled by two; that it confirmed itself is worth nothing.
+    assert_eq!(
+        corrected,
+        [
+            Event::Corrected { index: 3, digest: digest(3) },
+            Event::SetAside { name: "odd".into(), doubtful: 3 },
+        ]
+    );
+    for index in 0..3 {
+        let lease = assigned(queue.lease(sound[0], SECOND).unwrap());
+        assert_eq!(lease.index, index);
+        let (_, events) = finish_with(&mut queue, sound[0], lease, &digest(index), SECOND);
+        assert_eq!(events, [Event::Corrected { index, digest: digest(index) }]);
+    }
+    assert_eq!((queue.audits_due(), queue.prefix()), (0, 4));
+    assert!((0..4).all(|index| queue.digest(index) == Some(&digest(index))));
+}
+
+#[test]
+fn a_worker_that_contradicts_itself_is_set_aside_and_anybody_else_decides() {
+    let mut queue = with_audits(100);
+    let fickle = queue.register("fickle", 1, &[], SECOND);
+    let lease = assigned(queue.lease(fickle, SECOND).unwrap());
+    finish(&mut queue, fickle, lease, SECOND);
+    let audit = assigned(queue.lease(fickle, SECOND).unwrap());
+    let (_, events) = finish_with(&mut queue, fickle, audit, "other", SECOND);
+    assert_eq!(events, [Event::SetAside { name: "fickle".into(), doubtful: 1 }]);
+    let other = queue.register("other", 1, &[], SECOND);
+    let decisive = assigned(queue.lease(other, SECOND).unwrap());
+    assert_eq!(decisive.index, 0);
+    finish(&mut queue, other, decisive, SECOND);
+    assert_eq!(queue.audits_due(), 0);
 }
 
 #[test]
@@ -322,6 +413,10 @@ impl World {
                 let Some(lease) = leases.pop() else { return };
                 match queue.report(id, lease, &digest(lease.index), world.now) {
                     Ok(ReportStep::Store) => world.store(queue, lease, false),
+                    Ok(ReportStep::AuditAgrees) => {
+                        let name = queue.worker(id).unwrap().name.clone();
+                        assert_eq!(queue.agreed(lease.index, &name), []);
+                    }
                     Ok(step) => assert_ne!(step, ReportStep::Conflict),
                     Err(UnknownWorker) => leases.push(lease),
                 }

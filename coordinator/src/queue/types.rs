@@ -140,9 +140,11 @@ pub enum ReportStep {
     Busy,
     /// Recorded before with the same digest.
     Duplicate,
-    /// As [`ReportStep::Duplicate`], and it completes an audit.
+    /// As [`ReportStep::Duplicate`], and it completes an audit: make that durable, then call
+    /// [`agreed`](super::Queue::agreed).
     AuditAgrees,
-    /// Recorded before with another digest; the worker is set aside.
+    /// Recorded before with another digest: make it durable, then call
+    /// [`contradicted`](super::Queue::contradicted).
     Conflict,
     /// Of no use: the campaign has ended before it, it was given up, or it was never asked for.
     NotWanted,
@@ -160,6 +162,20 @@ pub enum Event {
     Hung {
         /// Which.
         index: u64,
+    },
+    /// A worker was overruled; it gets no more leases, and what only it has computed is run again.
+    SetAside {
+        /// Its name.
+        name: String,
+        /// Recorded outcomes that are run again.
+        doubtful: u64,
+    },
+    /// Another outcome of this index counts now.
+    Corrected {
+        /// Which.
+        index: u64,
+        /// Digest of the outcome that counts.
+        digest: String,
     },
     /// This index took several workers down: record it as poison, then call [`stored`](super::Queue::stored).
     Poisoned {

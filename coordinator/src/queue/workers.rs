@@ -1,7 +1,7 @@
 //! The registered workers.
 
 use super::UnknownWorker;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// Names a registration of a worker; differs between coordinator processes.
@@ -16,7 +16,7 @@ pub struct Worker {
     pub slots: u32,
     /// When it was last heard of.
     pub heard: Duration,
-    /// Whether it gave an outcome that contradicts another one: it gets no more leases.
+    /// Whether it was overruled (see [`crate::rulings`]): it gets no more leases.
     pub set_aside: bool,
     /// Outcomes recorded from it in this session.
     pub done: u64,
@@ -36,11 +36,10 @@ impl Workers {
         Workers { session, registered: 0, by_id: BTreeMap::new() }
     }
 
-    pub(super) fn add(&mut self, name: &str, slots: u32, now: Duration) -> WorkerId {
+    pub(super) fn add(&mut self, name: &str, slots: u32, set_aside: bool, now: Duration) -> WorkerId {
         self.registered += 1;
         let id = u64::from(self.session) << 32 | u64::from(self.registered);
-        let worker =
-            Worker { name: name.to_owned(), slots, heard: now, set_aside: false, done: 0, told: false };
+        let worker = Worker { name: name.to_owned(), slots, heard: now, set_aside, done: 0, told: false };
         self.by_id.insert(id, worker);
         id
     }
@@ -51,10 +50,12 @@ impl Workers {
         Ok(worker)
     }
 
-    pub(super) fn set_aside(&mut self, id: WorkerId) {
-        if let Some(worker) = self.by_id.get_mut(&id) {
-            worker.set_aside = true;
+    /// Sets aside exactly the workers of these names; returns the ids of those.
+    pub(super) fn set_aside(&mut self, names: &BTreeSet<String>) -> Vec<WorkerId> {
+        for worker in self.by_id.values_mut() {
+            worker.set_aside = names.contains(&worker.name);
         }
+        self.iter().filter(|(_, worker)| worker.set_aside).map(|(id, _)| id).collect()
     }
 
     pub(super) fn count_done(&mut self, name: &str) {
@@ -65,6 +66,10 @@ impl Workers {
 
     pub(super) fn remove(&mut self, id: WorkerId) -> Option<Worker> {
         self.by_id.remove(&id)
+    }
+
+    pub(super) fn get(&self, id: WorkerId) -> Option<&Worker> {
+        self.by_id.get(&id)
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = (WorkerId, &Worker)> {

@@ -7,7 +7,7 @@ use crate::queue;
 use crate::run_directory::RunDirectoryError;
 use crate::store::log::Entry;
 use crate::store::scan::{Line, Place, scan_file};
-use crate::store::wire::Gist;
+use crate::store::wire::{self, Gist};
 use crate::store::{self, Contents, LOG_FILE};
 use runout_core::campaign::Campaign;
 use runout_core::estimate::{Decision, Estimator};
@@ -31,7 +31,7 @@ pub struct Tally {
     pub(super) conflicts: u64,
 }
 
-/// An outcome that was folded has been withdrawn: the log must be read from its start.
+/// An outcome that was folded has been withdrawn or contradicted: the log must be read from its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reopened;
 
@@ -54,20 +54,23 @@ impl Tally {
         let mut tally = Tally::new(campaign);
         contents.records.iter().for_each(|record| tally.outcome(record));
         contents.audited.iter().for_each(|index| tally.audit(*index));
-        contents.conflicts.iter().for_each(|record| tally.conflict(record.index));
+        tally.conflicts = contents.conflicts.len() as u64;
+        tally.due.retain(|index| !contents.disputes.contains_key(index));
+        tally.due.extend(&contents.doubtful);
         tally
     }
 
     /// Takes the next entry of the log.
     ///
     /// # Errors
-    /// It takes back what was folded; the tally is then of no more use.
+    /// It takes back what was folded, or it or an earlier one contradicts that, so that [`crate::rulings`] on the whole
+    /// log decide what counts; the tally is then of no more use.
     pub fn push(&mut self, entry: &Entry<Gist>) -> Result<(), Reopened> {
         match entry {
+            _ if self.conflicts > 0 => return Err(Reopened),
             Entry::Outcome(record) => self.outcome(record),
-            Entry::Conflict(record) => self.conflict(record.index),
             Entry::Audit { index, .. } => self.audit(*index),
-            Entry::Withdrawn { .. } => return Err(Reopened),
+            Entry::Conflict(_) | Entry::Withdrawn { .. } => return Err(Reopened),
         }
         Ok(())
     }
@@ -125,11 +128,6 @@ impl Tally {
         self.due.remove(&index);
         self.audited.insert(index);
     }
-
-    fn conflict(&mut self, index: u64) {
-        self.due.remove(&index);
-        self.conflicts += 1;
-    }
 }
 
 /// The tally of the log in the run directory `path`, and what is damaged of what was read: all of the log, or what
@@ -173,7 +171,7 @@ impl Keeper {
     pub fn committed(&mut self, folder: &Path, entries: &[Entry], end: Place) {
         for entry in entries {
             if let Some(tally) = &mut self.tally
-                && gist(entry).is_none_or(|gist| tally.push(&gist).is_err())
+                && wire::gist(entry).is_none_or(|gist| tally.push(&gist).is_err())
             {
                 self.tally = None;
             }
@@ -197,16 +195,4 @@ impl Keeper {
             tracing::debug!("{}: {error}", cache::CACHE_FILE);
         }
     }
-}
-
-/// An entry as it will be read for a tally; none if it will not be readable.
-fn gist(entry: &Entry) -> Option<Entry<Gist>> {
-    Some(match entry {
-        Entry::Outcome(record) => Entry::Outcome(Gist::of(record)?),
-        Entry::Conflict(record) => Entry::Conflict(Gist::of(record)?),
-        Entry::Audit { index, worker } => Entry::Audit { index: *index, worker: worker.clone() },
-        Entry::Withdrawn { index, attempt, digest } => {
-            Entry::Withdrawn { index: *index, attempt: *attempt, digest: digest.clone() }
-        }
-    })
 }

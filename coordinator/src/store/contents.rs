@@ -3,6 +3,7 @@
 use super::log::Entry;
 use super::wire::{Form, Gist};
 use crate::queue::Attempts;
+use crate::rulings::Disputes;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What an opened store, or a log that was read, holds.
@@ -10,10 +11,18 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Contents<R = Gist> {
     /// Recorded outcomes in index order, one an index.
     pub records: Vec<R>,
-    /// Later outcomes that contradict the recorded one.
+    /// Outcomes that came later than the one recorded first, and contradict it.
     pub conflicts: Vec<R>,
     /// Indices whose second run agreed.
     pub audited: BTreeSet<u64>,
+    /// The runs that agreed with the outcome recorded first: index and worker.
+    pub audits: Vec<(u64, String)>,
+    /// Opinions on contested realisations; see [`crate::rulings`].
+    pub disputes: Disputes,
+    /// Outcomes that were recorded first and do not count any more, in index order.
+    pub overruled: Vec<R>,
+    /// Realisations to be run again by another worker: contested and undecided, or recorded by a worker set aside.
+    pub doubtful: BTreeSet<u64>,
     /// Outcomes that were withdrawn, so that their realisations are run again.
     pub withdrawn: Vec<Withdrawal>,
     /// Attempts given out, by index; a log alone does not know them.
@@ -28,10 +37,22 @@ impl<R> Default for Contents<R> {
             records: Vec::new(),
             conflicts: Vec::new(),
             audited: BTreeSet::new(),
+            audits: Vec::new(),
+            disputes: Disputes::new(),
+            overruled: Vec::new(),
+            doubtful: BTreeSet::new(),
             withdrawn: Vec::new(),
             attempts: BTreeMap::new(),
             notes: Vec::new(),
         }
+    }
+}
+
+impl<R: Form> Contents<R> {
+    /// The recorded outcome of this index.
+    pub fn record(&self, index: u64) -> Option<&R> {
+        let place = self.records.binary_search_by_key(&index, Form::index).ok()?;
+        Some(&self.records[place])
     }
 }
 
@@ -60,13 +81,13 @@ pub struct Ledger<R> {
     /// With each withdrawal, how many records stood before it.
     withdrawn: Vec<(usize, Withdrawal)>,
     conflicts: Vec<R>,
-    audited: BTreeSet<u64>,
+    audits: Vec<(u64, String)>,
 }
 
 impl<R: Form> Ledger<R> {
     /// Nothing yet.
     pub fn new() -> Ledger<R> {
-        Ledger { records: Vec::new(), withdrawn: Vec::new(), conflicts: Vec::new(), audited: BTreeSet::new() }
+        Ledger { records: Vec::new(), withdrawn: Vec::new(), conflicts: Vec::new(), audits: Vec::new() }
     }
 
     /// Takes the next entry.
@@ -74,22 +95,21 @@ impl<R: Form> Ledger<R> {
         match entry {
             Entry::Outcome(record) => self.records.push(record),
             Entry::Conflict(record) => self.conflicts.push(record),
-            Entry::Audit { index, .. } => {
-                self.audited.insert(index);
-            }
+            Entry::Audit { index, worker } => self.audits.push((index, worker)),
             Entry::Withdrawn { index, attempt, digest } => {
                 self.withdrawn.push((self.records.len(), Withdrawal { index, attempt, digest }));
             }
         }
     }
 
-    /// The outcome that stands for each index: the last one, unless it was withdrawn after that.
+    /// The outcome that stands for each index until [`crate::rulings::apply`]: the last one, unless it was withdrawn
+    /// after that.
     ///
     /// A coordinator records an index again only after a withdrawal. So a second record tells that there was one,
     /// also where its own line is damaged.
     pub fn finish(self) -> Contents<R> {
         let gone = self.gone();
-        let Ledger { mut records, withdrawn, conflicts, audited } = self;
+        let Ledger { mut records, withdrawn, conflicts, audits } = self;
         // Stable, and fast where the order is nearly right, as it always is.
         records.sort_by_key(Form::index);
         records.dedup_by(|later, kept| {
@@ -103,7 +123,8 @@ impl<R: Form> Ledger<R> {
             records.retain(|record| !gone.contains(&record.index()));
         }
         let withdrawn = withdrawn.into_iter().map(|(_, withdrawal)| withdrawal).collect();
-        Contents { records, conflicts, audited, withdrawn, ..Contents::default() }
+        let audited = audits.iter().map(|(index, _)| *index).collect();
+        Contents { records, conflicts, audited, audits, withdrawn, ..Contents::default() }
     }
 
     /// Indices whose last record was withdrawn after it.

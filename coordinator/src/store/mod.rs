@@ -11,6 +11,7 @@ pub mod scan;
 pub mod wire;
 
 use crate::queue::Attempts;
+use crate::rulings;
 pub use contents::{Contents, Ledger, Withdrawal};
 use database::Database;
 use log::{Entry, Log};
@@ -91,6 +92,7 @@ impl Store {
             let restored = database.complete(&log_path, &stored.missing)?;
             contents.notes.push(format!("{DATABASE_FOLDER}: {restored} outcomes restored from {LOG_FILE}"));
         }
+        rulings::apply(&mut contents);
         Ok((Store { folder: folder.to_owned(), log, database }, contents))
     }
 
@@ -133,7 +135,9 @@ pub fn read_log<R: wire::Form>(path: &Path) -> io::Result<(Contents<R>, scan::Sc
         ledger.push(line.entry);
         Ok(())
     })?;
-    Ok((ledger.finish(), scan))
+    let mut contents = ledger.finish();
+    rulings::apply(&mut contents);
+    Ok((contents, scan))
 }
 
 /// Writes a file so that a reader or a crash sees the old or the new content, never a part.

@@ -65,7 +65,7 @@ impl Gist {
 }
 
 /// A record in one of its two forms.
-pub trait Form: Sized {
+pub trait Form: Clone {
     /// The part of a line that holds the outcome.
     type Outcome: DeserializeOwned;
 
@@ -80,6 +80,9 @@ pub trait Form: Sized {
 
     /// Digest of the outcome.
     fn digest(&self) -> Cow<'_, str>;
+
+    /// Worker that ran it.
+    fn worker(&self) -> &str;
 }
 
 impl Form for Record {
@@ -99,6 +102,10 @@ impl Form for Record {
 
     fn digest(&self) -> Cow<'_, str> {
         Cow::Borrowed(&self.outcome.digest)
+    }
+
+    fn worker(&self) -> &str {
+        &self.worker
     }
 }
 
@@ -134,6 +141,22 @@ impl Form for Gist {
     fn digest(&self) -> Cow<'_, str> {
         Cow::Owned(self.digest_text())
     }
+
+    fn worker(&self) -> &str {
+        &self.worker
+    }
+}
+
+/// An entry as a coordinator will read it; none if it will not be readable.
+pub fn gist(entry: &Entry) -> Option<Entry<Gist>> {
+    Some(match entry {
+        Entry::Outcome(record) => Entry::Outcome(Gist::of(record)?),
+        Entry::Conflict(record) => Entry::Conflict(Gist::of(record)?),
+        Entry::Audit { index, worker } => Entry::Audit { index: *index, worker: worker.clone() },
+        Entry::Withdrawn { index, attempt, digest } => {
+            Entry::Withdrawn { index: *index, attempt: *attempt, digest: digest.clone() }
+        }
+    })
 }
 
 #[derive(Deserialize)]

@@ -170,7 +170,7 @@ impl Ledger {
                 .collect();
             store.commit(&entries, &[]).expect("there is room");
             committed(&self.dir());
-            entries.iter().for_each(|entry| engine.stored(entry));
+            entries.iter().for_each(|entry| drop(engine.stored(entry)));
             recorded += entries.len() as u64;
         }
         contents.notes

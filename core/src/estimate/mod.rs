@@ -155,10 +155,18 @@ pub struct Estimator {
 impl Estimator {
     /// An empty fold.
     pub fn new(stop: &Stop, sample: &Sample, run: &Run) -> Estimator {
+        Estimator::empty(stop.clone(), sample.measure, run.on_failure)
+    }
+
+    /// The fold under the same settings before its first outcome.
+    pub fn restarted(&self) -> Estimator {
+        Estimator::empty(self.stop.clone(), self.measure, self.on_failure)
+    }
+
+    fn empty(stop: Stop, measure: RunoutMeasure, on_failure: OnFailure) -> Estimator {
         Estimator {
-            stop: stop.clone(),
-            measure: sample.measure,
-            on_failure: run.on_failure,
+            measure,
+            on_failure,
             next_index: 0,
             realisations: 0,
             stable: 0,
@@ -169,6 +177,7 @@ impl Estimator {
             history: Vec::new(),
             moments: Moments::default(),
             hits: vec![0; rule::targets(&stop.rule).len()],
+            stop,
             state: rule::RuleState::default(),
             decision: Decision::Continue,
         }

@@ -23,12 +23,19 @@ fn prepare(spec: Spec, _: Kernel) -> Result<Realise, String> {
     let aborts_at = number("SYNTHETIC_ABORTS_AT");
     let fails_at = number("SYNTHETIC_FAILS_AT");
     let hangs_at = number("SYNTHETIC_HANGS_AT");
+    let stuck_at = number("SYNTHETIC_STUCK_AT");
     let hung = AtomicBool::new(false);
     let other_bits = number("SYNTHETIC_OTHER_BITS").is_some();
     Ok(Box::new(move |index, progress| {
         assert_ne!(Some(index), panics_at, "asked to panic");
         if Some(index) == aborts_at {
             std::process::abort();
+        }
+        if Some(index) == stuck_at {
+            // Never looks whether it was cancelled.
+            loop {
+                std::thread::park();
+            }
         }
         // Once a process, so that what was cancelled can be run again.
         let hangs = Some(index) == hangs_at && !hung.swap(true, Ordering::Relaxed);

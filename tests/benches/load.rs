@@ -1,0 +1,199 @@
+//! Load on a coordinator: how many short jobs a second it hands out and records, durably, from how many workers, and
+//! what distribution costs a realisation. Run with `cargo bench -p runout-tests --bench load [-- rates|workers]`.
+//!
+//! `rates`: one coordinator process on one core (`taskset`), as many simulated workers as asked for on the other, over
+//! real gRPC on loopback, each with a connection of its own or several on one; jobs take no time. A job is a lease
+//! (durable before it is sent) and a report (durable before it is acknowledged). Every worker also sends heartbeats.
+//!
+//! `workers`: real worker processes with jobs of 50 ms that need no processor, so that two cores can hold eight of
+//! them: efficiency is job time over wall time and workers, and what is missing is the overhead of a realisation.
+
+use runout_core::gimp::Kernel;
+use runout_proto::identity;
+use runout_proto::v1::coordinator_client::CoordinatorClient;
+use runout_proto::v1::lease_reply::Kind;
+use runout_proto::v1::{
+    Energy, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseRequest, Measures, Outcome, RegisterRequest,
+    ReportRequest, outcome,
+};
+use runout_tests::{COARSE, Cluster, Process, recorded};
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use tonic::transport::{Channel, Endpoint};
+
+const SYNTHETIC: &str = env!("CARGO_BIN_EXE_synthetic-worker");
+/// Time over which rates are counted.
+const COUNTED: Duration = Duration::from_secs(10);
+/// Time of a synthetic job for the efficiency, ms, and jobs per worker.
+const JOB_MS: u64 = 50;
+const JOBS_PER_WORKER: u64 = 100;
+
+fn main() {
+    let asked = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
+    if asked.as_deref().is_none_or(|a| a == "rates") {
+        for (workers, per_connection) in [(1, 1), (32, 1), (1000, 1), (1000, 20)] {
+            rates(workers, per_connection);
+        }
+    }
+    if asked.as_deref().is_none_or(|a| a == "workers") {
+        for workers in [1, 2, 4, 8] {
+            efficiency(workers);
+        }
+    }
+}
+
+/// Never converges; as many realisations as fit.
+fn campaign(maximum: u64) -> String {
+    COARSE
+        .replace("mean_half_width = 0.2", "mean_half_width = 1e-6")
+        .replace("maximum_realisations = 60", &format!("maximum_realisations = {maximum}"))
+        .replace("audit_fraction = 0.1", "audit_fraction = 0.0")
+}
+
+/// Puts a process on one core.
+fn pin(process: u32, core: u32) {
+    let done =
+        Command::new("taskset").args(["-a", "-p", "-c", &core.to_string(), &process.to_string()]).output();
+    assert!(done.is_ok_and(|d| d.status.success()), "`taskset` is needed");
+}
+
+/// Processor time that a process has used, s.
+fn processor_s(process: &Process) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).expect("it runs");
+    let fields: Vec<&str> = stat.rsplit(')').next().expect("a name").split_whitespace().collect();
+    let ticks: f64 = fields[11..13].iter().map(|f| f.parse::<f64>().expect("a number")).sum();
+    ticks / 100.0
+}
+
+struct Count {
+    jobs: AtomicU64,
+    /// Time of lease and report together, microseconds.
+    waited_us: AtomicU64,
+}
+
+fn rates(workers: usize, per_connection: usize) {
+    let cluster = Cluster::new(&campaign(100_000_000));
+    let arguments = ["serve", "campaign.toml", "--out", "out", "--listen", "127.0.0.1:0"];
+    let coordinator = cluster.runout_with(&arguments, &[("RUST_LOG", "error")]);
+    let address = cluster.path("out/coordinator.addr");
+    let url = runout_tests::wait_for("the address", || std::fs::read_to_string(&address).ok());
+    pin(coordinator.id(), 0);
+    pin(std::process::id(), 1);
+    let spec_digest =
+        runout::run_directory::read(&cluster.path("out")).expect("a run directory").spec.digest();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
+    let count = Arc::new(Count { jobs: AtomicU64::new(0), waited_us: AtomicU64::new(0) });
+    let fingerprint = identity::fingerprint(Kernel::best());
+    runtime.block_on(async {
+        let begun = Instant::now();
+        let mut clients = Vec::new();
+        let mut channel = None;
+        for number in 0..workers {
+            if number % per_connection == 0 {
+                let endpoint = Endpoint::from_shared(url.trim().to_owned()).expect("a URL").tcp_nodelay(true);
+                channel = Some(endpoint.connect().await.expect("it listens"));
+            }
+            let mut client = CoordinatorClient::new(channel.clone().expect("a connection"));
+            let id = register(&mut client, number, &fingerprint).await;
+            clients.push((client, id));
+        }
+        let registered = begun.elapsed();
+        for (client, id) in clients {
+            tokio::spawn(work(client, id, spec_digest.clone(), Arc::clone(&count)));
+        }
+        // Until the first leases of all are out.
+        tokio::time::sleep(Duration::from_secs(2)).await;
+        let (jobs, waited_us) = (count.jobs.load(Ordering::Relaxed), count.waited_us.load(Ordering::Relaxed));
+        let (begun, used_s) = (Instant::now(), processor_s(&coordinator));
+        tokio::time::sleep(COUNTED).await;
+        let jobs = (count.jobs.load(Ordering::Relaxed) - jobs) as f64;
+        let waited_us = (count.waited_us.load(Ordering::Relaxed) - waited_us) as f64;
+        let used_s = processor_s(&coordinator) - used_s;
+        println!(
+            "{workers} workers, {per_connection} a connection: {:.0} jobs/s, {:.2} ms of lease and report, {:.3} ms of \
+             the coordinator's processor a job, all registered within {registered:.1?}",
+            jobs / begun.elapsed().as_secs_f64(),
+            waited_us / jobs / 1e3,
+            used_s * 1e3 / jobs,
+        );
+    });
+}
+
+async fn register(client: &mut CoordinatorClient<Channel>, number: usize, fingerprint: &str) -> u64 {
+    let request = RegisterRequest {
+        protocol: identity::PROTOCOL,
+        build: identity::build(),
+        fingerprint: fingerprint.to_owned(),
+        name: format!("load-{number}"),
+        slots: 1,
+        held: vec![],
+    };
+    client.register(request).await.expect("it is welcome").into_inner().worker_id
+}
+
+/// A worker of one slot whose jobs take no time.
+async fn work(mut client: CoordinatorClient<Channel>, id: u64, spec_digest: String, count: Arc<Count>) {
+    let mut beat = tokio::time::interval(Duration::from_secs(5));
+    loop {
+        let begun = Instant::now();
+        let lease =
+            client.lease(LeaseRequest { worker_id: id, poll_s: 20.0 }).await.expect("a lease").into_inner();
+        let Some(lease) = lease.lease.filter(|_| lease.kind == Kind::Assigned as i32) else { continue };
+        let report = ReportRequest {
+            worker_id: id,
+            attempt: lease.attempt,
+            spec_digest: spec_digest.clone(),
+            outcome: Some(stable(lease.index)),
+            wall_s: 0.001,
+        };
+        client.report(report).await.expect("it is recorded");
+        count.jobs.fetch_add(1, Ordering::Relaxed);
+        count.waited_us.fetch_add(begun.elapsed().as_micros() as u64, Ordering::Relaxed);
+        if std::future::poll_fn(|c| std::task::Poll::Ready(beat.poll_tick(c).is_ready())).await {
+            let lease = Some(LeaseRef { index: lease.index, attempt: lease.attempt });
+            let running = vec![LeaseProgress { lease, steps: 1, simulated_s: 0.0, reporting: true }];
+            client.heartbeat(HeartbeatRequest { worker_id: id, running }).await.expect("it beats");
+        }
+    }
+}
+
+fn stable(index: u64) -> Outcome {
+    Outcome {
+        index,
+        kind: outcome::Kind::Stable as i32,
+        reason: outcome::Reason::AtRest as i32,
+        measures: Some(Measures::default()),
+        energy: Some(Energy::default()),
+        energy_drifted: false,
+        simulated_s: 1.0,
+        steps: 1000,
+        points: 1000,
+        digest: format!("{index:032x}"),
+    }
+}
+
+fn efficiency(workers: u64) {
+    let jobs = workers * JOBS_PER_WORKER;
+    let cluster = Cluster::new(&campaign(jobs));
+    let (mut coordinator, url) = cluster.serve("out", &["--heartbeat", "5"]);
+    let job = [("SYNTHETIC_MS", JOB_MS.to_string())];
+    let job = [(job[0].0, job[0].1.as_str())];
+    let mut all: Vec<Process> =
+        (0..workers).map(|_| cluster.worker(Path::new(SYNTHETIC), &url, &[], &job)).collect();
+    // Starting the programs is no part of it.
+    let out = cluster.path("out");
+    runout_tests::wait_for("the first outcomes", || (recorded(&out) as u64 >= 2 * workers).then_some(()));
+    let (begun, before) = (Instant::now(), recorded(&out) as u64);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    let wall_s = begun.elapsed().as_secs_f64();
+    all.iter_mut().for_each(|worker| drop(worker.wait()));
+    let (done, job_s) = ((jobs - before) as f64, JOB_MS as f64 / 1e3);
+    println!(
+        "{workers} workers: efficiency {:.1} %, {:.2} ms of overhead a realisation of {JOB_MS} ms",
+        100.0 * done * job_s / (wall_s * workers as f64),
+        1e3 * (wall_s * workers as f64 / done - job_s),
+    );
+}

@@ -2,21 +2,25 @@
 //!
 //! In the order of the data's way:
 //!
-//! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
+//! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`schema`] describes it; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
+//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`tally`], [`progress`], [`page`]
+//!    and [`logs`] tell.
 //! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
 pub mod load;
 pub mod overrides;
+pub mod schema;
 
 pub mod advice;
 
 pub mod difference;
 pub mod engine;
 pub mod local;
+pub mod logs;
+pub mod page;
 pub mod progress;
 pub mod queue;
 pub mod run_directory;
@@ -24,6 +28,7 @@ pub mod serve;
 pub mod service;
 pub mod status;
 pub mod store;
+pub mod tally;
 pub mod writer;
 
 pub mod fit_tables;

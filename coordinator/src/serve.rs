@@ -5,6 +5,7 @@
 
 use crate::engine::Engine;
 use crate::load::Loaded;
+use crate::page::{Page, PageError};
 use crate::progress;
 use crate::queue::Settings;
 use crate::run_directory::{Contents, RunDirectory, RunDirectoryError};
@@ -15,6 +16,7 @@ use crate::writer::Writer;
 use runout_core::estimate::Estimator;
 use runout_proto::MESSAGE_LIMIT_BYTES;
 use runout_proto::identity::{self, KernelError};
+use runout_proto::logging;
 use runout_proto::v1::coordinator_server::CoordinatorServer;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
@@ -85,6 +87,9 @@ pub enum ServeError {
     /// The system refused something else.
     #[error("{0}")]
     System(#[from] io::Error),
+    /// The live page cannot be served where it was asked for.
+    #[error(transparent)]
+    Page(#[from] PageError),
     /// The server ended by itself.
     #[error("the server failed: {0}")]
     Transport(#[from] tonic::transport::Error),
@@ -97,7 +102,8 @@ impl ServeError {
             ServeError::RunDirectory(_)
             | ServeError::Kernel(_)
             | ServeError::Insecure(_)
-            | ServeError::Listen { .. } => 2,
+            | ServeError::Listen { .. }
+            | ServeError::Page(_) => 2,
             _ => 1,
         }
     }
@@ -110,6 +116,8 @@ pub struct Coordinator {
     pub directory: RunDirectory,
     /// What the service works on.
     pub shared: Arc<Shared>,
+    /// Its live page, where it has one.
+    pub page: Option<Page>,
     store: JoinHandle<()>,
 }
 
@@ -131,6 +139,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
         tracing::warn!("{note}");
     }
     let campaign = loaded.campaign.clone();
+    logging::belongs_to(&campaign.name);
     let mut settings =
         Settings::new(campaign.seed, campaign.run.audit_fraction, campaign.stop.maximum_realisations);
     settings.heartbeat = options.heartbeat;
@@ -145,7 +154,8 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     let (writer, store) = Writer::start(store)?;
     let spec_json = loaded.spec.to_json();
     let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), fingerprint, engine, writer);
-    Ok(Coordinator { directory, shared: Arc::new(shared), store })
+    stored.records.values().for_each(|record| shared.tally().restored(record));
+    Ok(Coordinator { directory, shared: Arc::new(shared), page: None, store })
 }
 
 /// Listens on `address`: loopback, or anything if `insecure` is accepted.
@@ -170,7 +180,7 @@ pub async fn serve(
     options: &Options,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<Status, ServeError> {
-    let Coordinator { directory, shared, store } = coordinator;
+    let Coordinator { directory, shared, page, store } = coordinator;
     directory.announce(listener.local_addr()?)?;
     let (stop, stopped) = oneshot::channel::<()>();
     let mut server = tokio::spawn(run_server(listener, Arc::clone(&shared), stopped));
@@ -192,6 +202,9 @@ pub async fn serve(
     // Its bar is gone when this returns; that it was aborted is no news.
     let _ = progress.await;
     let mut status = shared.status();
+    if let (Ok(state), Some(page)) = (&ended, page) {
+        page.end(&shared, *state).await;
+    }
     drop(shared);
     // The store closes when the last call has let go of it; the lock is held until then.
     let closed = tokio::task::spawn_blocking(move || store.join());

@@ -5,10 +5,12 @@
 //! * [`heartbeat`] is a thread of its own, which computation cannot block.
 //! * [`spool`] keeps outcomes on disk until the coordinator has acknowledged them.
 //! * [`board`] is what slots and heartbeat share: leases held, their progress, and whether to go on.
-//! * [`options`] is the command line, [`process`] the process around it all.
+//! * [`options`] is the command line, `documents` its manual page and completions, [`process`] the process around it
+//!   all.
 
 pub mod board;
 pub mod client;
+mod documents;
 pub mod heartbeat;
 pub mod options;
 pub mod process;

@@ -10,6 +10,7 @@ use runout_core::outcome::Outcome;
 use runout_core::realisation::Cancelled;
 use runout_proto::convert::encode_outcome;
 use runout_proto::identity::{self, KernelError};
+use runout_proto::logging;
 use runout_proto::v1::report_reply::Verdict;
 use runout_proto::v1::{LeaseRef, ReleaseRequest, ReportRequest, lease_reply};
 use std::io;
@@ -89,8 +90,11 @@ pub async fn run(
         registration = client.register(Vec::new()) => registration?,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
     };
-    tracing::info!("registered with {} as {}", options.coordinator, introduction.name);
     let (spec, digest) = (registration.spec.clone(), registration.digest.clone());
+    // A worker knows the campaign by its spec alone.
+    logging::belongs_to(&digest);
+    let name = &introduction.name;
+    tracing::info!(worker = name, "registered with {} as {name}", options.coordinator);
     let board = Arc::new(Board::new(registration));
     let beating = heartbeat::start(
         options.coordinator.clone(),
@@ -195,6 +199,7 @@ async fn slot(work: Arc<Work>) -> Result<(), ClientError> {
 
 async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError> {
     let held = work.board.take(lease);
+    tracing::debug!(index = lease.index, attempt = lease.attempt, "realisation {} begins", lease.index);
     let (computed, wall) = compute(work, &held, lease.index).await;
     let broken = match computed {
         Computed::Outcome(outcome) => {
@@ -219,7 +224,8 @@ async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), ClientError>
     };
     work.board.drop_lease(lease);
     if let Some(message) = broken {
-        tracing::error!("realisation {} broke: {message}", lease.index);
+        let (index, attempt) = (lease.index, lease.attempt);
+        tracing::error!(index, attempt, "realisation {index} broke: {message}");
         let worker_id = work.board.registration().worker_id;
         let request = ReleaseRequest { worker_id, leases: vec![lease], error: Some(message), leaving: false };
         work.client.release(request).await;
@@ -288,7 +294,8 @@ async fn deliver(work: &Arc<Work>, mut report: ReportRequest) -> Result<bool, Cl
         };
         match reply.map(|r| r.verdict()) {
             Some(Verdict::Conflict) => {
-                tracing::error!("realisation {index}: another worker got other bits");
+                let attempt = report.attempt;
+                tracing::error!(index, attempt, "realisation {index}: another worker got other bits");
                 return Ok(true);
             }
             Some(_) => return Ok(true),

@@ -2,16 +2,17 @@
 //!
 //! In the order of the data's way:
 //!
-//! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
+//! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`schema`] describes it; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`progress`] and [`history`] tell,
-//!    [`verify`] checks; [`submit`] hands all that to a batch system.
+//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`tally`],
+//!    [`progress`], [`history`], [`page`] and [`logs`] tell, [`verify`] checks; [`submit`] hands all that to a batch system.
 //! 3. [`outcomes`] is the table of results; [`fit_tables`], [`replays`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
 
 pub mod load;
 pub mod overrides;
+pub mod schema;
 
 pub mod advice;
 
@@ -20,6 +21,8 @@ pub mod engine;
 pub mod events;
 pub mod history;
 pub mod local;
+pub mod logs;
+pub mod page;
 pub mod progress;
 pub mod queue;
 pub mod rulings;
@@ -29,6 +32,7 @@ pub mod service;
 pub mod status;
 pub mod store;
 pub mod submit;
+pub mod tally;
 pub mod verify;
 pub mod writer;
 

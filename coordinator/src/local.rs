@@ -4,6 +4,7 @@
 //! end and leaves. A worker that crashes is replaced, within a bound; one that cannot work for this campaign is not.
 
 use crate::service::Shared;
+use runout_proto::logging::LogFormat;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -24,6 +25,19 @@ const CANNOT_WORK: i32 = 2;
 const RESTART_DELAY: Duration = Duration::from_millis(500);
 /// Longest wait for a worker to leave once the coordinator is done; then it is killed.
 const LEAVE_LIMIT: Duration = Duration::from_secs(5);
+
+/// How a local worker is started.
+#[derive(Debug, Clone)]
+pub struct WorkerCommand {
+    /// The worker program.
+    pub program: PathBuf,
+    /// Where the coordinator listens.
+    pub url: String,
+    /// Folder for outcomes that are not yet acknowledged.
+    pub spool: PathBuf,
+    /// How it writes its logs.
+    pub log_format: LogFormat,
+}
 
 /// Local workers that cannot be started.
 #[derive(Debug, Error)]
@@ -60,17 +74,14 @@ pub fn worker_program(given: Option<&Path>) -> Result<PathBuf, LocalError> {
 /// # Errors
 /// None is left but those that crashed too often or cannot work.
 pub async fn keep_running(
-    program: PathBuf,
-    url: String,
-    spool: PathBuf,
+    command: WorkerCommand,
     count: usize,
     shared: Weak<Shared>,
     stop: watch::Receiver<bool>,
 ) -> Result<(), LocalError> {
     let mut all = JoinSet::new();
     for number in 1..=count {
-        let (program, url, spool) = (program.clone(), url.clone(), spool.clone());
-        all.spawn(keep_one(program, url, spool, number, Weak::clone(&shared), stop.clone()));
+        all.spawn(keep_one(command.clone(), number, Weak::clone(&shared), stop.clone()));
     }
     let left_in_order = all.join_all().await;
     if left_in_order.contains(&true) { Ok(()) } else { Err(LocalError::NoneLeft) }
@@ -88,9 +99,7 @@ enum End {
 
 /// Returns whether the worker left in order.
 async fn keep_one(
-    program: PathBuf,
-    url: String,
-    spool: PathBuf,
+    command: WorkerCommand,
     number: usize,
     shared: Weak<Shared>,
     mut stop: watch::Receiver<bool>,
@@ -98,10 +107,10 @@ async fn keep_one(
     let mut crashes = 0;
     for started in 1_u64.. {
         let name = format!("local-{number}.{started}");
-        let what = match run_one(start(&program, &url, &spool, &name), &shared, &mut stop).await {
+        let what = match run_one(start(&command, &name), &shared, &mut stop).await {
             End::InOrder => return true,
             End::CannotWork => {
-                tracing::error!("worker {name} cannot work for this campaign");
+                tracing::error!(worker = name, "worker {name} cannot work for this campaign");
                 return false;
             }
             End::Crash(what) => what,
@@ -110,7 +119,7 @@ async fn keep_one(
         if crashes >= MOST_CRASHES {
             break;
         }
-        tracing::warn!("worker {name} {what}; it is replaced");
+        tracing::warn!(worker = name, "worker {name} {what}; it is replaced");
         tokio::select! {
             () = sleep(RESTART_DELAY) => {}
             _ = stop.wait_for(|s| *s) => return true,
@@ -157,10 +166,15 @@ fn bury(shared: &Weak<Shared>, name: &str) -> bool {
     delivered
 }
 
-fn start(program: &Path, url: &str, spool: &Path, name: &str) -> io::Result<Child> {
-    Command::new(program)
-        .args(["--coordinator", url, "--slots", "1", "--name", name, "--leave-with-parent", "--spool"])
-        .arg(spool)
+fn start(worker: &WorkerCommand, name: &str) -> io::Result<Child> {
+    let log_format = match worker.log_format {
+        LogFormat::Text => "text",
+        LogFormat::Json => "json",
+    };
+    Command::new(&worker.program)
+        .args(["--coordinator", &worker.url, "--slots", "1", "--name", name, "--leave-with-parent"])
+        .args(["--log-format", log_format, "--spool"])
+        .arg(&worker.spool)
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         // Control-C in a terminal is for the coordinator, which tells its workers.

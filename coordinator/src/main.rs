@@ -2,11 +2,12 @@
 
 use clap::Parser;
 use runout::cli::{self, Arguments};
+use runout::logs;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    cli::start_logging();
+    logs::start(arguments.command.log_format());
     match cli::execute(arguments.command) {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {

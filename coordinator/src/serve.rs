@@ -6,6 +6,7 @@
 use crate::engine::Engine;
 use crate::events::What;
 use crate::load::Loaded;
+use crate::page::{Page, PageError};
 use crate::progress;
 use crate::queue::Settings;
 use crate::run_directory::{Contents, RunDirectory, RunDirectoryError};
@@ -16,6 +17,7 @@ use crate::store::{Store, StoreError};
 use crate::writer::Writer;
 use runout_proto::MESSAGE_LIMIT_BYTES;
 use runout_proto::identity::{self, KernelError};
+use runout_proto::logging;
 use runout_proto::v1::coordinator_server::CoordinatorServer;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
@@ -86,6 +88,9 @@ pub enum ServeError {
     /// The system refused something else.
     #[error("{0}")]
     System(#[from] io::Error),
+    /// The live page cannot be served where it was asked for.
+    #[error(transparent)]
+    Page(#[from] PageError),
     /// The server ended by itself.
     #[error("the server failed: {0}")]
     Transport(#[from] tonic::transport::Error),
@@ -98,7 +103,8 @@ impl ServeError {
             ServeError::RunDirectory(_)
             | ServeError::Kernel(_)
             | ServeError::Insecure(_)
-            | ServeError::Listen { .. } => 2,
+            | ServeError::Listen { .. }
+            | ServeError::Page(_) => 2,
             _ => 1,
         }
     }
@@ -111,13 +117,16 @@ pub struct Coordinator {
     pub directory: RunDirectory,
     /// What the service works on.
     pub shared: Arc<Shared>,
+    /// Its live page, where it has one.
+    pub page: Option<Page>,
     store: JoinHandle<()>,
 }
 
 impl Coordinator {
     /// Lets go of everything without serving; the store is closed when this returns.
     pub fn close(self) {
-        let Coordinator { directory, shared, store } = self;
+        let Coordinator { directory, shared, page, store } = self;
+        drop(page);
         drop(shared);
         // A thread that has panicked has closed the store as well.
         let _ = store.join();
@@ -143,6 +152,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
         tracing::warn!("{note}");
     }
     let campaign = loaded.campaign.clone();
+    logging::belongs_to(&campaign.name);
     let mut settings =
         Settings::new(campaign.seed, campaign.run.audit_fraction, campaign.stop.maximum_realisations);
     settings.heartbeat = options.heartbeat;
@@ -157,10 +167,10 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     }
     let (writer, store) = Writer::start_keeping(store, Some(keeper))?;
     writer.note(What::Started { build: identity::build(), outcomes: stored.records.len() as u64 });
-    drop(stored);
     let spec_json = loaded.spec.to_json();
     let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), fingerprint, engine, writer);
-    Ok(Coordinator { directory, shared: Arc::new(shared), store })
+    stored.records.iter().for_each(|record| shared.tally().restored(record));
+    Ok(Coordinator { directory, shared: Arc::new(shared), page: None, store })
 }
 
 /// Listens on `address`: loopback, or anything if `insecure` is accepted.
@@ -185,7 +195,7 @@ pub async fn serve(
     options: &Options,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<Status, ServeError> {
-    let Coordinator { directory, shared, store } = coordinator;
+    let Coordinator { directory, shared, page, store } = coordinator;
     directory.announce(listener.local_addr()?)?;
     let (stop, stopped) = oneshot::channel::<()>();
     let mut server = tokio::spawn(run_server(listener, Arc::clone(&shared), stopped));
@@ -207,6 +217,9 @@ pub async fn serve(
     // Its bar is gone when this returns; that it was aborted is no news.
     let _ = progress.await;
     let mut status = shared.status();
+    if let (Ok(state), Some(page)) = (&ended, page) {
+        page.end(&shared, *state).await;
+    }
     drop(shared);
     // The store closes when the last call has let go of it; the lock is held until then.
     let closed = tokio::task::spawn_blocking(move || store.join());

@@ -8,6 +8,7 @@ use crate::events::What;
 use crate::queue::{Attempts, Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
 use crate::status::{self, Status};
 use crate::store::log::Entry;
+use crate::tally::{Answer, Tally};
 use crate::writer::{Job, Writer};
 use runout_core::campaign::Campaign;
 use runout_proto::convert::{self, DecodeError};
@@ -32,6 +33,7 @@ pub struct Shared {
     /// What this machine computes: see [`identity::fingerprint`].
     fingerprint: String,
     engine: Mutex<Engine>,
+    tally: Mutex<Tally>,
     /// Woken whenever a waiting worker might get another answer, or the campaign may be over.
     changed: Notify,
     writer: Writer,
@@ -48,12 +50,14 @@ impl Shared {
         engine: Engine,
         writer: Writer,
     ) -> Shared {
+        let tally = Mutex::new(Tally::new(campaign.model.sample.measure));
         Shared {
             campaign,
             digest,
             spec_json,
             fingerprint,
             engine: Mutex::new(engine),
+            tally,
             changed: Notify::new(),
             writer,
             started: Instant::now(),
@@ -63,6 +67,11 @@ impl Shared {
     /// The engine, locked: never across an await.
     pub fn engine(&self) -> MutexGuard<'_, Engine> {
         self.engine.lock().expect("nobody panics with the engine locked")
+    }
+
+    /// What was seen, for the live page; never locked while the engine is asked for.
+    pub fn tally(&self) -> MutexGuard<'_, Tally> {
+        self.tally.lock().expect("nobody panics with the tally locked")
     }
 
     /// Time since the start: the queue's `now`.
@@ -88,25 +97,34 @@ impl Shared {
     /// Deals with what happened by itself.
     pub fn handle(self: &Arc<Self>, events: Vec<Event>) {
         for event in events {
+            self.tally().happened(&event);
             match event {
                 Event::WorkerLost { name } => {
-                    tracing::warn!("worker {name} is lost");
+                    tracing::warn!(worker = name, "worker {name} is lost");
                     self.writer.note(What::WorkerLost { worker: name });
                 }
                 Event::Hung { index } => {
-                    tracing::warn!("realisation {index} takes no more steps: its worker is told to end it");
+                    tracing::warn!(
+                        index,
+                        "realisation {index} takes no more steps: its worker is told to end it"
+                    );
                 }
                 Event::SetAside { name, doubtful } => tracing::error!(
+                    worker = name,
                     "worker {name} computes other bits than others and is set aside; {doubtful} of its outcomes are run \
                      again"
                 ),
                 Event::Corrected { index, .. } => {
                     tracing::warn!(
+                        index,
                         "realisation {index}: the outcome recorded first was wrong; another counts now"
                     );
                 }
                 Event::Poisoned { index } => {
-                    tracing::error!("realisation {index} took several workers down: recorded as poison");
+                    tracing::error!(
+                        index,
+                        "realisation {index} took several workers down: recorded as poison"
+                    );
                     self.writer.note(What::Poisoned { index });
                     let shared = Arc::clone(self);
                     tokio::spawn(async move { shared.store(poison(index)).await });
@@ -121,6 +139,11 @@ impl Shared {
         self.writer.write(Job::Entry(Box::new(entry.clone()))).await?;
         let events = self.engine().stored(&entry);
         self.writer.note(What::from(&entry));
+        if let Entry::Outcome(record) = &entry {
+            let (index, attempt, worker) = (record.outcome.index, record.attempt, &record.worker);
+            tracing::debug!(worker, index, attempt, "realisation {index} is recorded");
+            self.tally().recorded(record);
+        }
         self.handle(events);
         Ok(())
     }
@@ -176,6 +199,46 @@ impl Service {
             }
         }
     }
+
+    /// Takes a report: checked, decided, and durable where it is recorded.
+    async fn take_report(&self, request: v1::ReportRequest) -> Result<Verdict, tonic::Status> {
+        if request.spec_digest != self.shared.digest {
+            return Err(tonic::Status::failed_precondition("the report is of another campaign"));
+        }
+        let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
+        let wall_s = convert::non_negative("wall_s", request.wall_s).map_err(invalid)?;
+        let (index, attempt) = (outcome.index, request.attempt);
+        let step = self
+            .shared
+            .engine()
+            .report(request.worker_id, attempt, outcome, wall_s, self.shared.now())
+            .map_err(unknown)?;
+        let verdict = match step {
+            Step::Answer(verdict) => {
+                self.note(request.worker_id, |worker| match verdict {
+                    Verdict::NotWanted => What::NotWanted { index, attempt, worker },
+                    _ => What::Duplicate { index, attempt, worker },
+                });
+                verdict
+            }
+            Step::Busy => return Err(tonic::Status::unavailable("the outcome is being stored: ask again")),
+            Step::Store(entry, verdict) => {
+                let stored = tokio::spawn(Arc::clone(&self.shared).store(*entry));
+                stored.await.map_err(|e| tonic::Status::internal(e.to_string()))??;
+                verdict
+            }
+        };
+        if verdict == Verdict::Conflict {
+            tracing::error!(
+                index,
+                attempt,
+                "realisation {index}: a second outcome has another digest; both are kept, and a third run by another \
+                 worker decides"
+            );
+        }
+        self.shared.changed.notify_waiters();
+        Ok(verdict)
+    }
 }
 
 #[tonic::async_trait]
@@ -185,7 +248,8 @@ impl Coordinator for Service {
         request: Request<v1::RegisterRequest>,
     ) -> Result<Response<v1::RegisterReply>, tonic::Status> {
         let request = request.into_inner();
-        check_identity(&request, &self.shared.fingerprint)?;
+        check_identity(&request, &self.shared.fingerprint)
+            .inspect_err(|_| self.shared.tally().refused_workers += 1)?;
         let name = convert::worker_name(request.name).map_err(invalid)?;
         let slots = convert::slots(request.slots).map_err(invalid)?;
         let held = decode_leases(&request.held)?;
@@ -198,7 +262,7 @@ impl Coordinator for Service {
             let id = engine.register(&name, slots, &held, self.shared.now());
             (id, engine.queue().settings().clone())
         };
-        tracing::info!("worker {name} registered with {slots} slots");
+        tracing::info!(worker = name, slots, "worker {name} registered with {slots} slots");
         self.shared.writer.note(What::Registered { worker: name, slots, held: held.len() as u64 });
         self.shared.changed.notify_waiters();
         Ok(Response::new(v1::RegisterReply {
@@ -258,41 +322,17 @@ impl Coordinator for Service {
         &self,
         request: Request<v1::ReportRequest>,
     ) -> Result<Response<v1::ReportReply>, tonic::Status> {
-        let request = request.into_inner();
-        if request.spec_digest != self.shared.digest {
-            return Err(tonic::Status::failed_precondition("the report is of another campaign"));
-        }
-        let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
-        let wall_s = convert::non_negative("wall_s", request.wall_s).map_err(invalid)?;
-        let (index, attempt) = (outcome.index, request.attempt);
-        let step = self
-            .shared
-            .engine()
-            .report(request.worker_id, request.attempt, outcome, wall_s, self.shared.now())
-            .map_err(unknown)?;
-        let verdict = match step {
-            Step::Answer(verdict) => {
-                self.note(request.worker_id, |worker| match verdict {
-                    Verdict::NotWanted => What::NotWanted { index, attempt, worker },
-                    _ => What::Duplicate { index, attempt, worker },
-                });
-                verdict
-            }
-            Step::Busy => return Err(tonic::Status::unavailable("the outcome is being stored: ask again")),
-            Step::Store(entry, verdict) => {
-                let stored = tokio::spawn(Arc::clone(&self.shared).store(*entry));
-                stored.await.map_err(|e| tonic::Status::internal(e.to_string()))??;
-                verdict
-            }
+        let started = Instant::now();
+        let verdict = self.take_report(request.into_inner()).await;
+        let answer = match verdict {
+            Ok(Verdict::Recorded) => Answer::Recorded,
+            Ok(Verdict::Duplicate) => Answer::Duplicate,
+            Ok(Verdict::Conflict) => Answer::Conflict,
+            Ok(Verdict::NotWanted) => Answer::NotWanted,
+            Err(_) => Answer::Refused,
         };
-        if verdict == Verdict::Conflict {
-            tracing::error!(
-                "realisation {index}: a second outcome has another digest; both are kept, and a third run by another \
-                 worker decides"
-            );
-        }
-        self.shared.changed.notify_waiters();
-        let verdict = match verdict {
+        self.shared.tally().reported(answer, started.elapsed());
+        let verdict = match verdict? {
             Verdict::Recorded => v1::report_reply::Verdict::Recorded,
             Verdict::Duplicate => v1::report_reply::Verdict::Duplicate,
             Verdict::Conflict => v1::report_reply::Verdict::Conflict,
@@ -309,7 +349,10 @@ impl Coordinator for Service {
         let leases = decode_leases(&request.leases)?;
         let error = request.error.as_ref().map(|error| {
             let error: String = error.chars().take(500).flat_map(char::escape_default).collect();
-            tracing::error!("a realisation broke ({leases:?}): {error}");
+            self.shared.tally().broken += 1;
+            for Lease { index, attempt } in &leases {
+                tracing::error!(index, attempt, "realisation {index} broke (attempt {attempt}): {error}");
+            }
             error
         });
         for Lease { index, attempt } in leases.iter().copied() {

@@ -1,10 +1,12 @@
 //! The wire contract between coordinator and workers, and its conversions.
 //!
 //! Only the edges of the two programs speak the generated types of [`v1`]; [`convert`] turns them into core's types
-//! and back, checking every number on the way in. [`identity`] is what both sides must have in common.
+//! and back, checking every number on the way in. [`identity`] is what both sides must have in common, [`logging`] how
+//! both write their logs.
 
 pub mod convert;
 pub mod identity;
+pub mod logging;
 
 /// The generated types, client and server. Meaning, units and absence stand in `runout.proto`.
 pub mod v1 {

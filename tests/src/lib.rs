@@ -3,6 +3,8 @@
 //! A [`Cluster`] is a temporary folder with a campaign and run directories, and the programs to work on them. Ports
 //! are chosen by the system. Nothing sleeps for luck: every wait is for a condition, with a limit.
 
+pub mod browser;
+pub mod http;
 pub mod proxy;
 pub mod table;
 

@@ -3,7 +3,9 @@
 //! them as one table.
 
 use crate::{programs, results};
-use runout::store::log::{self, Entry};
+use runout::store::log::Entry;
+use runout::store::scan::{Line, Place, scan_file};
+use runout::store::wire::Gist;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -30,13 +32,15 @@ impl Figures {
     /// # Panics
     /// The run directory cannot be read.
     pub fn take(&mut self, out: &Path, expected: &str, acknowledged: &BTreeSet<u64>) {
-        let log = log::parse(&fs::read(out.join("outcomes.log")).expect("a log"));
         let mut times: BTreeMap<u64, u64> = BTreeMap::new();
-        for entry in &log.entries {
-            if let Entry::Outcome(record) = entry {
-                *times.entry(record.outcome.index).or_default() += 1;
+        let log = out.join("outcomes.log");
+        let scanned = scan_file(&log, Place::default(), |line: Line<'_, Gist>| {
+            if let Entry::Outcome(record) = line.entry {
+                *times.entry(record.index).or_default() += 1;
             }
-        }
+            Ok(())
+        });
+        scanned.expect("a log");
         self.lost += acknowledged.iter().filter(|index| !times.contains_key(index)).count() as u64;
         self.duplicated += times.values().filter(|count| **count > 1).count() as u64;
         let found = results(out);

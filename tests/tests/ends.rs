@@ -100,7 +100,7 @@ fn a_second_signal_ends_at_once() {
     assert_eq!(worker.exit_code(), 143, "{}", worker.errors());
     // The address that is left behind leads nobody astray.
     let mut status = cluster.runout(&["status", "out", "--watch"]);
-    assert_eq!(status.exit_code(), 0, "{}", status.errors());
+    assert_eq!(status.exit_code(), 130, "{}", status.errors());
     assert!(status.output().contains("interrupted"), "{}", status.output());
 }
 
@@ -151,14 +151,21 @@ fn a_watcher_sees_the_campaign_to_its_end_and_all_names_are_there() {
     for name in names {
         assert!(status.get(name).is_some(), "{name} is missing: {status}");
     }
-    let mut watcher = cluster.runout(&["status", "out", "--watch"]);
+    let mut lines = cluster.runout(&["status", "out", "--watch", "--every", "0.2", "--json"]);
+    let mut watcher = cluster.runout(&["status", "out", "--watch", "--every", "0.2"]);
     wait_for("its first look", || watcher.output().contains("running").then_some(()));
     let mut worker = cluster.worker(Path::new(SYNTHETIC), &url, &[], &[]);
     assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
     assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
     assert!(coordinator.output().contains("runout report out"), "{}", coordinator.output());
-    assert_eq!(watcher.exit_code(), 0, "{}", watcher.errors());
+    // A watcher ends as the campaign does.
+    assert_eq!(watcher.exit_code(), 3, "{}", watcher.errors());
     assert!(watcher.output().contains("coarse: maximum"), "{}", watcher.output());
+    assert!(!watcher.output().contains('\x1b'), "no escapes where there is no terminal");
+    assert_eq!(lines.exit_code(), 3, "{}", lines.errors());
+    let states: Vec<String> = lines.output().lines().map(|l| json(l)["state"].to_string()).collect();
+    assert_eq!(states.last().map(String::as_str), Some("\"maximum\""), "{states:?}");
+    assert!(states.len() > 1 && states[..states.len() - 1].iter().all(|s| s == "\"running\""), "{states:?}");
     assert_eq!(recorded(&cluster.path("out")), 60);
     // A reader that goes away ends a watcher, and quietly.
     unread.wait();

@@ -44,7 +44,8 @@ async fn beat(client: &Client, board: &Board) -> Result<(), ClientError> {
         match answer {
             Ok(Some(reply)) => {
                 for lease in &reply.cancel {
-                    tracing::info!("realisation {} is not needed any more", lease.index);
+                    let (index, attempt) = (lease.index, lease.attempt);
+                    tracing::info!(index, attempt, "realisation {index} is not needed any more");
                     board.cancel(*lease);
                 }
                 match reply.order() {

@@ -6,11 +6,13 @@
 //! * [`spool`] keeps outcomes on disk until the coordinator has acknowledged them.
 //! * [`board`] is what slots and heartbeat share: leases held, their progress, and whether to go on.
 //! * [`address`] says where the coordinator is, [`leave`] when the worker leaves by itself.
-//! * [`options`] is the command line, [`process`] the process around it all.
+//! * [`options`] is the command line, `documents` its manual page and completions, [`process`] the process around it
+//!   all.
 
 pub mod address;
 pub mod board;
 pub mod client;
+mod documents;
 pub mod heartbeat;
 pub mod leave;
 pub mod options;

@@ -2,13 +2,20 @@
 
 use crate::address::Address;
 use clap::Parser;
+use runout_proto::logging::LogFormat;
 use std::num::NonZeroU16;
 use std::path::PathBuf;
 use std::time::Duration;
 
+const AFTER_HELP: &str = "\
+Exit codes: 0 left in order, 1 failed, 2 bad usage or cannot work for this coordinator, 143 ended by a second signal.
+Environment: RUST_LOG sets what is logged (error, warn, info, debug), NO_COLOR turns colours off, RUNOUT_KERNEL forces \
+a build of the solver's kernels (baseline, avx2, avx512).
+`runout-worker completions SHELL` prints completions for a shell, `runout-worker man DIR` writes the manual page.";
+
 /// Runs realisations for a Runout coordinator
 #[derive(Debug, Clone, Parser)]
-#[command(name = "runout-worker", version)]
+#[command(name = "runout-worker", version, after_help = AFTER_HELP)]
 pub struct Options {
     /// The coordinator's address, for example http://127.0.0.1:7421
     #[arg(long, value_name = "URL", required_unless_present = "run_directory")]
@@ -41,6 +48,9 @@ pub struct Options {
     /// Time for a realisation to end once it is cancelled (it looks every step); then the worker gives up and ends
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
     pub stuck_after: Duration,
+    /// How logs are written to standard error: text, or json (an object a line)
+    #[arg(long, value_name = "text|json", default_value = "text")]
+    pub log_format: LogFormat,
     /// Leave at the end of standard input: for a worker whose parent holds the other end
     #[arg(long, hide = true)]
     pub leave_with_parent: bool,

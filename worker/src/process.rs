@@ -2,14 +2,17 @@
 
 use crate::options::Options;
 use crate::runner::WorkerError;
-use crate::{Prepare, runner};
+use crate::{Prepare, documents, runner};
 use clap::Parser;
+use runout_proto::logging;
 use std::io::{self, IsTerminal, Read, Write};
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::layer::{Layer, SubscriberExt};
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Registry};
 
 /// Exit code after a second SIGTERM: 128 + 15, as shells count.
 const TERMINATED: i32 = 143;
@@ -20,22 +23,20 @@ pub const CANNOT_WORK: u8 = 2;
 /// Parses the command line, works, and gives the exit code: 0 if the worker left in order, [`CANNOT_WORK`] if no
 /// other attempt would fare better, 1 if it went wrong. `build` is the identity to register with.
 pub fn main(prepare: Prepare, build: String) -> ExitCode {
+    if let Some(written) = documents::asked_for() {
+        return written;
+    }
     let options = Options::parse();
     // Of a local worker only what is wrong matters: its coordinator shows the progress.
     let usual = if options.leave_with_parent { "warn" } else { "warn,runout_worker=info" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(usual));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(io::stderr)
-        .with_ansi(io::stderr().is_terminal())
-        .with_target(false)
-        // A reader of standard error that has gone away is no reason to panic.
-        .log_internal_errors(false)
-        .init();
+    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
+    let lines = logging::layer::<Registry, _>(options.log_format, colour, io::stderr);
+    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
     match work(&options, prepare, build) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // As above.
+            // A reader of standard error that has gone away is no reason to panic.
             let _ = writeln!(io::stderr(), "runout-worker: {error}");
             ExitCode::from(if error.is_final() { CANNOT_WORK } else { 1 })
         }

@@ -11,6 +11,7 @@ use runout_core::outcome::Outcome;
 use runout_core::realisation::Cancelled;
 use runout_proto::convert::encode_outcome;
 use runout_proto::identity::{self, KernelError};
+use runout_proto::logging;
 use runout_proto::v1::report_reply::Verdict;
 use runout_proto::v1::{LeaseRef, ReleaseRequest, ReportRequest, lease_reply};
 use std::io;
@@ -116,8 +117,11 @@ pub async fn run(
         registration = client.register(Vec::new()) => registration?,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
     };
-    tracing::info!("registered with {url} as {}, {} slots", introduction.name, introduction.slots);
     let (spec, digest) = (registration.spec.clone(), registration.digest.clone());
+    // A worker knows the campaign by its spec alone.
+    logging::belongs_to(&digest);
+    let (name, slots) = (&introduction.name, introduction.slots);
+    tracing::info!(worker = name, slots, "registered with {url} as {name}, {slots} slots");
     let board = Arc::new(Board::new(registration));
     let beating =
         heartbeat::start(address, url, introduction.clone(), options.give_up_after, Arc::clone(&board))?;
@@ -228,6 +232,7 @@ async fn slot(work: Arc<Work>) -> Result<(), WorkerError> {
 
 async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), WorkerError> {
     let held = work.board.take(lease);
+    tracing::debug!(index = lease.index, attempt = lease.attempt, "realisation {} begins", lease.index);
     let (computed, wall) = compute(work, &held, lease.index).await;
     work.leave.note(wall);
     let broken = match computed {
@@ -257,7 +262,8 @@ async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), WorkerError>
     };
     work.board.drop_lease(lease);
     if let Some(message) = broken {
-        tracing::error!("realisation {} broke: {message}", lease.index);
+        let (index, attempt) = (lease.index, lease.attempt);
+        tracing::error!(index, attempt, "realisation {index} broke: {message}");
         give_back(work, lease, Some(message)).await;
     }
     Ok(())
@@ -365,7 +371,8 @@ async fn deliver(work: &Arc<Work>, mut report: ReportRequest) -> Result<bool, Cl
         };
         match reply.map(|r| r.verdict()) {
             Some(Verdict::Conflict) => {
-                tracing::error!("realisation {index}: another worker got other bits");
+                let attempt = report.attempt;
+                tracing::error!(index, attempt, "realisation {index}: another worker got other bits");
                 return Ok(true);
             }
             Some(verdict) => {

@@ -3,10 +3,12 @@
 mod analysis;
 mod bench;
 mod check;
+mod completions;
 mod explain;
 mod field;
 mod fit;
 mod init;
+mod man;
 mod pictures;
 mod replay;
 mod report;
@@ -14,7 +16,9 @@ mod results;
 mod retry;
 pub mod run;
 mod run_records;
+mod schema;
 pub mod serve;
+pub mod showing;
 mod simulate;
 pub mod status;
 mod submit;
@@ -24,20 +28,19 @@ mod workers;
 
 use crate::load::LoadError;
 use crate::local::LocalError;
-use crate::progress::Messages;
 pub use crate::progress::say;
 use crate::serve::ServeError;
 use crate::submit::SubmitError;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand};
+use runout_proto::logging::LogFormat;
 use serde::Serialize;
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::runtime::Runtime;
-use tracing_subscriber::EnvFilter;
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 failed, 2 bad usage or bad input, 3 stopped at the maximum number of realisations \
@@ -102,6 +105,23 @@ pub enum Command {
     Retry(retry::RetryArguments),
     /// Run the validation suite: closed-form solutions and benchmarks against this machine's solver
     Validate(validate::ValidateArguments),
+    /// Print a JSON schema of the campaign file for editors, or its reference page
+    Schema(schema::SchemaArguments),
+    /// Print completions for a shell
+    Completions(completions::CompletionsArguments),
+    /// Write the manual pages of all commands into a folder
+    Man(man::ManArguments),
+}
+
+impl Command {
+    /// How its logs are written.
+    pub fn log_format(&self) -> LogFormat {
+        match self {
+            Command::Run(arguments) => arguments.showing.log_format,
+            Command::Serve(arguments) => arguments.showing.log_format,
+            _ => LogFormat::Text,
+        }
+    }
 }
 
 /// A command that cannot do what was asked; the message is made for the user.
@@ -174,25 +194,11 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
         Command::Workers(arguments) => workers::workers(&arguments),
         Command::Retry(arguments) => retry::retry(&arguments),
         Command::Validate(arguments) => return validate::validate(&arguments),
+        Command::Schema(arguments) => schema::schema(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments),
+        Command::Man(arguments) => man::man(&arguments),
     };
     done.map(|()| DONE)
-}
-
-/// Sends logs to standard error, at the level of `RUST_LOG` (warnings if it is not set). What goes wrong in sled is
-/// said by the store.
-pub fn start_logging() {
-    let filter =
-        EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,sled=off,runout=info"));
-    let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
-    // A second call (in tests) changes nothing.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(|| Messages)
-        .with_ansi(colour)
-        .with_target(false)
-        // A reader of standard error that has gone away is no reason to panic.
-        .log_internal_errors(false)
-        .try_init();
 }
 
 /// Prints `text` to standard output; a reader that has gone away (`runout results DIR | head`) is no failure.

@@ -1,9 +1,10 @@
 //! `runout run`: the whole campaign on this machine, coordinator here and workers as processes of their own.
 
 use super::serve::{Tuning, finish};
-use super::{Failure, runtime};
+use super::showing::Showing;
+use super::{Failure, runtime, showing};
 use crate::load;
-use crate::local;
+use crate::local::{self, WorkerCommand};
 use crate::serve::{self, ServeError};
 use clap::Args;
 use std::net::SocketAddr;
@@ -32,6 +33,9 @@ pub struct RunArgs {
     /// Print the final status as JSON
     #[arg(long)]
     pub json: bool,
+    /// What to show
+    #[command(flatten)]
+    pub showing: Showing,
     /// How to coordinate
     #[command(flatten)]
     pub tuning: Tuning,
@@ -51,15 +55,18 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
         let interrupts = serve::interruptions().map_err(ServeError::from)?;
         // Workers of this machine only: anything beyond loopback is for `runout serve`.
         let listener = serve::listen(args.listen, false).await?;
-        let coordinator = serve::open(&loaded, &args.out, &options)?;
+        let page = args.showing.listen(&args.out, false).await?;
+        let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);
         }
+        coordinator.page = showing::start(page, &coordinator, &args.out)?;
         let url = format!("http://{}", listener.local_addr().map_err(ServeError::from)?);
         let (stop, stopped) = watch::channel(false);
         let shared = Arc::downgrade(&coordinator.shared);
         let spool = coordinator.directory.spool();
-        let mut workers = tokio::spawn(local::keep_running(program, url, spool, count, shared, stopped));
+        let command = WorkerCommand { program, url, spool, log_format: args.showing.log_format };
+        let mut workers = tokio::spawn(local::keep_running(command, count, shared, stopped));
 
         let serving = serve::serve(listener, coordinator, &options, interrupts);
         tokio::pin!(serving);

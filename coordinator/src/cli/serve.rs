@@ -1,5 +1,6 @@
 //! `runout serve`: the coordinator only; workers come from elsewhere.
 
+use super::showing::{self, Showing};
 use super::{Failure, print, print_json, runtime, say, seconds};
 use crate::load;
 use crate::serve::{self, Options, ServeError};
@@ -26,6 +27,9 @@ pub struct ServeArgs {
     /// Print the final status as JSON
     #[arg(long)]
     pub json: bool,
+    /// What to show
+    #[command(flatten)]
+    pub showing: Showing,
     /// How to coordinate
     #[command(flatten)]
     pub tuning: Tuning,
@@ -63,10 +67,12 @@ pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
         let options = args.tuning.options();
         let interrupts = serve::interruptions().map_err(ServeError::from)?;
         let listener = serve::listen(args.listen, args.insecure).await?;
-        let coordinator = serve::open(&loaded, &args.out, &options)?;
+        let page = args.showing.listen(&args.out, args.insecure).await?;
+        let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);
         }
+        coordinator.page = showing::start(page, &coordinator, &args.out)?;
         say(&format!("listening on http://{}\n", listener.local_addr().map_err(ServeError::from)?));
         let status = serve::serve(listener, coordinator, &options, interrupts).await?;
         finish(&status, &args.out, args.json)

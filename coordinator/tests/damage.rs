@@ -66,7 +66,7 @@ fn sled_damaged_in_each_known_way_is_rebuilt_from_the_log() {
         ),
         ("data gone", |l| fs::remove_file(l.store().join("db")).unwrap(), "restored"),
         ("settings gone", |l| fs::remove_file(l.store().join("conf")).unwrap(), ""),
-        ("settings cut", |l| cut(&l.store().join("conf"), 3), "restored"),
+        ("settings cut", |l| cut(&l.store().join("conf"), 3), ""),
         ("snapshots gone", |l| snapshots(l).iter().for_each(|s| fs::remove_file(s).unwrap()), ""),
         ("snapshots cut", |l| snapshots(l).iter().for_each(|s| cut(s, length(s) / 2)), ""),
         (

@@ -363,3 +363,27 @@ fn what_is_no_run_directory_is_named() {
     }
     assert!(desk.refused(&["results", "missing"], 2).contains("missing"));
 }
+
+#[test]
+fn verify_runs_a_sample_again_and_names_what_differs() {
+    let desk = Desk::new();
+    desk.run(|_| {});
+    let document = desk.document(&["verify", "run", "--rerun", "3", "--json"]);
+    assert_eq!(document["sound"], true);
+    let rerun = document["rerun"].as_array().expect("a list");
+    assert_eq!(rerun.len(), 3);
+    assert!(rerun.iter().all(|one| one["same"] == true), "{rerun:?}");
+    // The campaign's seed chooses them.
+    assert_eq!(desk.document(&["verify", "run", "--rerun", "3", "--json"])["rerun"], document["rerun"]);
+
+    let desk = Desk::new();
+    desk.run(|record| {
+        if let Some(measures) = &mut record.outcome.measures {
+            measures.toe_advance_m += 0.25;
+        }
+    });
+    let output = desk.runout(&["verify", "run", "--rerun", "100"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("gives other bits here (stored -> now): measures.toe_advance_m"), "{said}");
+}

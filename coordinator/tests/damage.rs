@@ -66,7 +66,7 @@ fn sled_damaged_in_each_known_way_is_rebuilt_from_the_log() {
         ),
         ("data gone", |l| fs::remove_file(l.store().join("db")).unwrap(), "restored"),
         ("settings gone", |l| fs::remove_file(l.store().join("conf")).unwrap(), ""),
-        ("settings cut", |l| cut(&l.store().join("conf"), 3), "restored"),
+        ("settings cut", |l| cut(&l.store().join("conf"), 3), ""),
         ("snapshots gone", |l| snapshots(l).iter().for_each(|s| fs::remove_file(s).unwrap()), ""),
         ("snapshots cut", |l| snapshots(l).iter().for_each(|s| cut(s, length(s) / 2)), ""),
         (
@@ -172,10 +172,7 @@ fn a_log_cut_anywhere_is_read_up_to_the_cut() {
         fs::remove_dir_all(ledger.store()).expect("a folder");
         let (after, notes) = ledger.look();
         assert_eq!(after.len(), before.len() - missing, "{notes:?}");
-        assert!(
-            says(&notes, "torn") || says(&notes, "line end") || read(&bytes[..kept]).1 == false,
-            "{notes:?}"
-        );
+        assert!(says(&notes, "torn") || says(&notes, "line end") || !read(&bytes[..kept]).1, "{notes:?}");
         if round % 4 == 0 {
             assert_eq!(ledger.finish(), undisturbed);
         }

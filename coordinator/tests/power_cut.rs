@@ -15,7 +15,7 @@ mod ledger;
 
 use ledger::{Ledger, draw, undisturbed};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const CUTS: u64 = 30;
 const BLOCK: usize = 512;
@@ -56,7 +56,7 @@ fn half_written(before: &[u8], after: &[u8], luck: &mut Luck) -> Vec<u8> {
 }
 
 /// The files that a cut leaves.
-fn cut(before: &Files, after: &Files, log: &PathBuf, luck: &mut Luck) -> Files {
+fn cut(before: &Files, after: &Files, log: &Path, luck: &mut Luck) -> Files {
     let in_log = luck.below(2) == 0 && before.get(log) != after.get(log);
     let names: BTreeSet<&PathBuf> = before.keys().chain(after.keys()).collect();
     let mut left = Files::new();

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// `runout verify DIR [--rerun N] [--json]`
 #[derive(Debug, Args)]
 pub struct VerifyArguments {
-    /// Run directory; nothing in it is changed
+    /// Run directory; nothing in it is changed (sled is read from a copy in the temporary folder)
     dir: PathBuf,
     /// Run so many recorded realisations again, chosen by the campaign's seed, and compare the bits
     #[arg(long, value_name = "N", default_value = "0")]

@@ -10,7 +10,6 @@ use crate::store::log::Record;
 use runout_core::gimp::Energy;
 use runout_core::outcome::Measures;
 use serde::ser::{Serialize, SerializeStruct, Serializer};
-use serde_json::{Value as Json, json};
 
 /// A cell. Missing is missing: never 0, NaN or an empty text.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -238,26 +237,42 @@ fn energy(record: &Record, of: impl Fn(&Energy) -> f64) -> Value<'_> {
     Value::Number(record.outcome.energy.as_ref().map(of))
 }
 
-/// The description of the columns, for people and programs.
-pub fn schema() -> Json {
-    let columns: Vec<Json> = COLUMNS
-        .iter()
-        .map(|column| {
-            json!({
-                "name": column.name,
-                "type": column.kind.name(),
-                "unit": column.unit,
-                "meaning": column.meaning,
-                "missing": column.missing,
-                "reproducible": column.reproducible,
-            })
-        })
-        .collect();
-    json!({
-        "rows": "one a realisation, in index order, up to the one that decided or the first one missing",
-        "missing": "null in JSON and Parquet, an empty field in CSV",
-        "columns": columns,
-    })
+/// The description of the table, for people and programs.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub struct Schema {
+    /// What a row is.
+    pub rows: &'static str,
+    /// How a missing value is written.
+    pub missing: &'static str,
+    /// The columns, in their order.
+    pub columns: [Description; COLUMNS.len()],
+}
+
+/// The description of a column: see [`Column`].
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub struct Description {
+    name: &'static str,
+    r#type: &'static str,
+    unit: Option<&'static str>,
+    meaning: &'static str,
+    missing: Option<&'static str>,
+    reproducible: bool,
+}
+
+/// The description of the table.
+pub fn schema() -> Schema {
+    Schema {
+        rows: "one a realisation, in index order, up to the one that decided or the first one missing",
+        missing: "null in JSON and Parquet, an empty field in CSV",
+        columns: COLUMNS.map(|column| Description {
+            name: column.name,
+            r#type: column.kind.name(),
+            unit: column.unit,
+            meaning: column.meaning,
+            missing: column.missing,
+            reproducible: column.reproducible,
+        }),
+    }
 }
 
 /// A row of the table: a JSON object or a CSV record, in the columns' order.

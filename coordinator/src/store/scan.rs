@@ -112,7 +112,8 @@ pub fn scan<R: Form>(
             line.push(b'\n');
         }
         // A zeroed block holds no line end: what stands behind it may be a sound line.
-        let sound = line.iter().rposition(|b| *b == 0).map_or(0, |last| last + 1);
+        let holed = line.contains(&0);
+        let sound = if holed { line.iter().rposition(|b| *b == 0).map_or(0, |last| last + 1) } else { 0 };
         let entry = parse_line::<R>(&line[sound..line.len() - 1]);
         if !ended && entry.is_none() {
             scan.unfinished_bytes = read as u64;

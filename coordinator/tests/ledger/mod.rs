@@ -20,12 +20,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Realisations of the campaign: its rule never holds before.
-pub const REALISATIONS: u64 = 60;
+pub(crate) const REALISATIONS: u64 = 60;
 /// Leases that are committed together, as by several workers.
-pub const GROUP: usize = 4;
+pub(crate) const GROUP: usize = 4;
 
 /// The campaign.
-pub fn campaign() -> Loaded {
+pub(crate) fn campaign() -> Loaded {
     let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/inputs/good/given.toml");
     let mut loaded = load::load(&fixture).expect("the fixture is sound");
     loaded.campaign.stop.minimum_realisations = REALISATIONS;
@@ -41,13 +41,13 @@ pub fn campaign() -> Loaded {
 }
 
 /// A number that follows from these two.
-pub fn draw(what: &str, index: u64) -> u64 {
+pub(crate) fn draw(what: &str, index: u64) -> u64 {
     let hash = blake3::hash(format!("{what} {index}").as_bytes());
     u64::from_le_bytes(hash.as_bytes()[..8].try_into().expect("a hash has more"))
 }
 
 /// The made-up outcome of an index: a fifth stand, one in eleven fails.
-pub fn outcome(index: u64) -> Outcome {
+pub(crate) fn outcome(index: u64) -> Outcome {
     let unit = |what: &str| draw(what, index) as f64 / u64::MAX as f64;
     let kind = match index {
         i if i % 11 == 10 => OutcomeKind::Failed,
@@ -89,13 +89,13 @@ pub fn outcome(index: u64) -> Outcome {
 
 /// A run directory in a temporary folder.
 #[derive(Debug)]
-pub struct Ledger {
+pub(crate) struct Ledger {
     folder: tempfile::TempDir,
 }
 
 impl Ledger {
     /// A new one without outcomes.
-    pub fn new() -> Ledger {
+    pub(crate) fn new() -> Ledger {
         let ledger = Ledger { folder: tempfile::tempdir().expect("a temporary folder") };
         let loaded = campaign();
         let contents = Contents {
@@ -109,30 +109,30 @@ impl Ledger {
     }
 
     /// One with the first `count` outcomes or some more.
-    pub fn with(count: u64) -> Ledger {
+    pub(crate) fn with(count: u64) -> Ledger {
         let ledger = Ledger::new();
         ledger.drive(count, |_| {});
         ledger
     }
 
     /// The run directory.
-    pub fn dir(&self) -> PathBuf {
+    pub(crate) fn dir(&self) -> PathBuf {
         self.folder.path().join("run")
     }
 
     /// The outcome log.
-    pub fn log(&self) -> PathBuf {
+    pub(crate) fn log(&self) -> PathBuf {
         self.dir().join(store::LOG_FILE)
     }
 
     /// The folder of sled.
-    pub fn store(&self) -> PathBuf {
+    pub(crate) fn store(&self) -> PathBuf {
         self.dir().join(store::DATABASE_FOLDER)
     }
 
     /// Opens it and looks at what it holds; returns the indices recorded and the notes. Every record must be the one
     /// that its index has.
-    pub fn look(&self) -> (Vec<u64>, Vec<String>) {
+    pub(crate) fn look(&self) -> (Vec<u64>, Vec<String>) {
         let (_store, contents) = Store::open(&self.dir()).expect("it opens, whatever was done to it");
         for record in &contents.records {
             assert_eq!(record.digest_text(), outcome(record.index).digest);
@@ -142,7 +142,7 @@ impl Ledger {
 
     /// Continues the campaign until so many outcomes are recorded or it is over; `committed` is called after each commit.
     /// Returns what the store said when it was opened.
-    pub fn drive(&self, until: u64, mut committed: impl FnMut(&Path)) -> Vec<String> {
+    pub(crate) fn drive(&self, until: u64, mut committed: impl FnMut(&Path)) -> Vec<String> {
         let loaded = campaign();
         let (mut store, contents) = Store::open(&self.dir()).expect("it opens, whatever was done to it");
         let campaign = &loaded.campaign;
@@ -177,7 +177,7 @@ impl Ledger {
     }
 
     /// Continues the campaign to its end; what the results then are, byte for byte.
-    pub fn finish(&self) -> String {
+    pub(crate) fn finish(&self) -> String {
         self.drive(u64::MAX, |_| {});
         let view = run_directory::read(&self.dir()).expect("it is a run directory");
         assert_eq!(view.damage, Vec::<String>::new());
@@ -190,14 +190,14 @@ impl Ledger {
     }
 
     /// Every file of the run directory, by its path.
-    pub fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+    pub(crate) fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut files = BTreeMap::new();
         collect(&self.dir(), &mut files);
         files
     }
 
     /// Puts these files in place of what is there.
-    pub fn put(&self, files: &BTreeMap<PathBuf, Vec<u8>>) {
+    pub(crate) fn put(&self, files: &BTreeMap<PathBuf, Vec<u8>>) {
         fs::remove_dir_all(self.dir()).expect("it is there");
         for (path, bytes) in files {
             fs::create_dir_all(path.parent().expect("a file lies in a folder")).expect("there is room");
@@ -227,7 +227,7 @@ fn collect(folder: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
 }
 
 /// The results of the campaign when nothing goes wrong.
-pub fn undisturbed() -> String {
+pub(crate) fn undisturbed() -> String {
     let results = Ledger::new().finish();
     assert_eq!(results.lines().count() as u64, REALISATIONS);
     results

@@ -20,7 +20,7 @@ RUSTFLAGS='-C target-feature=+crt-static' \
   cargo build --release --locked --target "$target" --target-dir "$folder" -p runout -p runout-worker
 context=$(mktemp -d)
 trap 'rm -rf "$context"' EXIT
-mkdir "$context/runs"
+mkdir "$context/empty"
 cp deploy/Dockerfile "$folder/$target/release/runout" "$folder/$target/release/runout-worker" "$context"
 strip --strip-debug "$context/runout" "$context/runout-worker"
 docker build --label "$label=$sources" --tag runout:local "$context"

@@ -150,7 +150,7 @@ fn printed(output: Output, arguments: &[&str]) -> String {
 fn a_campaign_in_containers_survives_what_happens_to_them() {
     // Converges at its minimum, late enough for everything below to happen before.
     let campaign = COARSE
-        .replace("minimum_realisations = 20", "minimum_realisations = 160")
+        .replace("minimum_realisations = 20", "minimum_realisations = 240")
         .replace("maximum_realisations = 60", "maximum_realisations = 400");
     let Some(services) = Services::prepare(&campaign) else { return };
     services.up();
@@ -185,7 +185,7 @@ fn a_campaign_in_containers_survives_what_happens_to_them() {
     services.wait_for_more(2);
     docker(&["network", "connect", &network, &survivor]);
     wait_up_to(LONG, "the worker to be back", || (services.workers() == 2).then_some(()));
-    assert!(services.realisations() < 160, "the campaign was over before everything had happened to it");
+    assert!(services.realisations() < 240, "the campaign was over before everything had happened to it");
 
     let coordinator = services.containers("coordinator").remove(0);
     wait_up_to(LONG, "the end", || (inspect(&coordinator, "{{.State.Running}}") == "false").then_some(()));

@@ -4,7 +4,7 @@ use super::{Failure, print, print_json};
 use crate::run_directory::{Contents, RunDirectory};
 use crate::serve::ServeError;
 use crate::submit::slurm::{Jobs, Plan, Scripts};
-use crate::submit::time_limit;
+use crate::submit::{shell_word, time_limit};
 use crate::{load, local};
 use clap::{Args, Subcommand};
 use serde::Serialize;
@@ -135,8 +135,8 @@ fn submitted(plan: &Plan, jobs: &Jobs, out: &Path) -> String {
          more workers: sbatch --array=1-10 {}\n",
         plan.name,
         plan.workers,
-        out.display(),
+        shell_word(out),
         plan.folder().display(),
-        plan.worker_script().display()
+        shell_word(&plan.worker_script())
     )
 }

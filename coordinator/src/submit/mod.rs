@@ -86,7 +86,12 @@ impl SubmitError {
 
 /// A path as one word of a POSIX shell.
 pub fn shell_word(path: &Path) -> String {
-    format!("'{}'", path.display().to_string().replace('\'', r"'\''"))
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+,@:".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text;
+    }
+    format!("'{}'", text.replace('\'', r"'\''"))
 }
 
 #[cfg(test)]
@@ -95,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_shell_reads_a_path_back_as_it_is() {
-        for path in ["/a b/c", "/it's", "/$HOME/`x`", "/a\"b\\c", "/new\nline"] {
+        for path in ["/plain/a-b_1.toml", "", "/a b/c", "/it's", "/$HOME/`x`", "/a\"b\\c", "/new\nline"] {
             let script = format!("printf %s {}", shell_word(Path::new(path)));
             let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8(output.stdout).unwrap(), path);

@@ -2,7 +2,7 @@
 //! to the store. Every outcome follows from its index, so that a campaign that was damaged and resumed can be compared
 //! byte for byte with one that was not.
 
-#![allow(dead_code, reason = "each test target uses a part of it")]
+#![allow(dead_code, unreachable_pub, reason = "each test target uses a part of it")]
 
 use runout::engine::{Engine, Step};
 use runout::load::{self, Loaded};

@@ -189,7 +189,9 @@ fn efficiency(workers: u64) {
     let (begun, before) = (Instant::now(), recorded(&out) as u64);
     assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
     let wall_s = begun.elapsed().as_secs_f64();
-    all.iter_mut().for_each(|worker| drop(worker.wait()));
+    for worker in &mut all {
+        worker.wait();
+    }
     let (done, job_s) = ((jobs - before) as f64, JOB_MS as f64 / 1e3);
     println!(
         "{workers} workers: efficiency {:.1} %, {:.2} ms of overhead a realisation of {JOB_MS} ms",

@@ -150,9 +150,13 @@ impl Cluster {
         self.runout(&arguments)
     }
 
-    /// A worker of `program` for the coordinator at `url`, with a spool of its own in this folder.
+    /// A worker of `program` for the coordinator at `url`, with its spool in this folder; of one slot unless `more` says
+    /// otherwise.
     pub fn worker(&self, program: &Path, url: &str, more: &[&str], faults: &[(&str, &str)]) -> Process {
-        let mut arguments = vec!["--coordinator", url, "--slots", "1", "--spool", "spool"];
+        let mut arguments = vec!["--coordinator", url, "--spool", "spool"];
+        if !more.contains(&"--slots") {
+            arguments.extend(["--slots", "1"]);
+        }
         arguments.extend(more);
         self.start(program, &arguments, faults)
     }

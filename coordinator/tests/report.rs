@@ -167,6 +167,7 @@ fn a_full_report_is_self_contained_and_the_same_every_time() {
         "volume",
         "retreat",
         "hazard-profile",
+        "hazard-crest",
     ];
     assert_eq!(names, expected);
     for word in

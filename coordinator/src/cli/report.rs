@@ -100,7 +100,7 @@ fn replay(
         list.push(Wanted { source: Source::Deterministic, scene: true });
     }
     let folder = arguments.dir.join("replays");
-    let bar = progress(run.decided(), list.len());
+    let bar = progress(run.decided(), list.len(), replays::outstanding(&list, &folder));
     let failed = |e: ReplayError| Failure::Work(e.to_string());
     let mut found = replays::replay(prepared, &list, &folder, &|| bar.inc(1)).map_err(failed)?;
     bar.finish_and_clear();
@@ -108,16 +108,15 @@ fn replay(
     Ok(Replays { mean_properties, realisations: wanted.into_keys().zip(found).collect(), profiled })
 }
 
-/// Says how long it may take, and shows how far it is.
-fn progress(records: &[Record], count: usize) -> ProgressBar {
+/// Says how long it may take to run those `outstanding`, and shows how far it is.
+fn progress(records: &[Record], count: usize, outstanding: usize) -> ProgressBar {
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let wall_s: f64 = records.iter().map(|r| r.wall_s).sum();
     let each_s = wall_s / records.len().max(1) as f64;
-    if count > 0 {
+    if outstanding > 0 {
         say(&format!(
-            "replaying {count} realisations, at most {} if they cost what they did ({} cores); --no-replays leaves them out\n",
-            duration(each_s * count as f64 / cores as f64),
-            cores
+            "replaying {outstanding} realisations, about {} if they cost what they did ({cores} cores); --no-replays leaves them out\n",
+            duration(each_s * outstanding as f64 / cores as f64),
         ));
     }
     let bar = ProgressBar::new(count as u64);

@@ -28,6 +28,9 @@ const SHARED_BOTTOM_PX: i32 = 70;
 const LEGEND_LINE_PX: i32 = 46;
 /// Entries side by side in a legend above the frame, by the chart's width.
 const LEGEND_COLUMNS: (usize, usize) = (3, 5);
+/// Room for a legend's sample of a series, and for a letter of its name.
+const KEY_PX: i32 = 90;
+const LETTER_PX: i32 = 17;
 const DOT_RADIUS_PX: i32 = 5;
 
 /// Something drawn in a chart; later layers cover earlier ones.
@@ -175,7 +178,13 @@ impl Chart {
     }
 
     fn legend_columns(&self, size: Width) -> usize {
-        let most = if size == Width::Page { LEGEND_COLUMNS.1 } else { LEGEND_COLUMNS.0 };
+        let (most, width) = match size {
+            Width::Half => (LEGEND_COLUMNS.0, HALF_PX.0),
+            Width::Page => (LEGEND_COLUMNS.1, WIDE_PX.0),
+        };
+        let longest = self.named().map(|series| series.name.chars().count()).max().unwrap_or(0) as i32;
+        let fitting = (width - LEFT_PX - RIGHT_PX) / (KEY_PX + LETTER_PX * longest);
+        let most = most.min(fitting.max(1) as usize);
         // Rows of equal length.
         let count = self.named().count().max(1);
         count.div_ceil(count.div_ceil(most))

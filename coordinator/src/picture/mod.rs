@@ -66,7 +66,7 @@ pub fn pixels(picture: &impl Draw) -> Result<(Vec<u8>, (u32, u32)), PictureError
     let mut pixels = vec![255; width as usize * height as usize * 3];
     {
         let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-        Canvas::on(&area)?.render(picture)?;
+        Canvas::on(&area, BITMAP_TEXT_DROP)?.render(picture)?;
     }
     Ok((pixels, (width, height)))
 }
@@ -96,7 +96,7 @@ pub fn svg(picture: &impl Draw) -> Result<String, PictureError> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, picture.size()).into_drawing_area();
-        Canvas::on(&area)?.render(picture)?;
+        Canvas::on(&area, 0.0)?.render(picture)?;
     }
     Ok(text)
 }
@@ -104,7 +104,13 @@ pub fn svg(picture: &impl Draw) -> Result<String, PictureError> {
 /// A drawing surface with the few strokes that the pictures need; coordinates in pixels from the upper left corner.
 pub struct Canvas<'a, B: DrawingBackend> {
     area: &'a DrawingArea<B, Shift>,
+    /// How far below its point a text is put, as a share of its size.
+    text_drop: f64,
 }
+
+/// A bitmap's text is centred by its font's whole height, accents and all: letters then stand this share of their size too
+/// high. An SVG's reader centres by the letters.
+const BITMAP_TEXT_DROP: f64 = 0.18;
 
 /// Where a text stands relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,14 +124,14 @@ pub enum Anchor {
 }
 
 impl<'a, B: DrawingBackend> Canvas<'a, B> {
-    fn on(area: &'a DrawingArea<B, Shift>) -> Result<Canvas<'a, B>, PictureError> {
+    fn on(area: &'a DrawingArea<B, Shift>, text_drop: f64) -> Result<Canvas<'a, B>, PictureError> {
         static FONTS: Once = Once::new();
         let mut registered = Ok(());
         FONTS.call_once(|| {
             registered = register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
                 .map_err(|_| PictureError("its font cannot be read".to_owned()));
         });
-        registered.map(|()| Canvas { area })
+        registered.map(|()| Canvas { area, text_drop })
     }
 
     fn render(&self, picture: &impl Draw) -> Result<(), PictureError> {
@@ -241,6 +247,12 @@ impl<'a, B: DrawingBackend> Canvas<'a, B> {
             Anchor::Left => HPos::Left,
             Anchor::Centre => HPos::Center,
             Anchor::Right => HPos::Right,
+        };
+        let drop = (self.text_drop * f64::from(size_px)).round() as i32;
+        // Below the letters is to the right of what reads upwards.
+        let at = match transform {
+            FontTransform::Rotate270 => (at.0 + drop, at.1),
+            _ => (at.0, at.1 + drop),
         };
         let style = TextStyle::from((FONT, size_px))
             .color(&colour)

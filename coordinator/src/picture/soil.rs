@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 const WIDTH_PX: i32 = 2000;
 const LEFT_PX: i32 = 190;
-const RIGHT_PX: i32 = 270;
+const RIGHT_PX: i32 = 290;
 const TITLE_PX: i32 = 130;
 const HEADING_PX: i32 = 36;
 const AXIS_PX: i32 = 125;
@@ -236,7 +236,8 @@ fn draw_bar<B: DrawingBackend>(
         let share = (f64::from(row) + 0.5) / f64::from(height);
         let py = frame.bottom - row - 1;
         canvas.rectangle(
-            (left, py),
+            // Rows overlap, or a scaled drawing shows seams between them.
+            (left, (py - 1).max(frame.top)),
             (left + BAR_PX, py + 1),
             colour(panel, low + share * (high - low)),
             1.0,
@@ -250,7 +251,7 @@ fn draw_bar<B: DrawingBackend>(
         canvas.path(vec![(left + BAR_PX, py), (left + BAR_PX + 8, py)], INK, 2)?;
         canvas.text(&axis.tick_text(tick, step), (left + BAR_PX + 16, py), TEXT_PX, INK, Anchor::Left)?;
     }
-    canvas.upward_text(&panel.label, (left + BAR_PX + 130, (frame.top + frame.bottom) / 2), TEXT_PX, INK)
+    canvas.upward_text(&panel.label, (left + BAR_PX + 150, (frame.top + frame.bottom) / 2), TEXT_PX, INK)
 }
 
 fn colour(panel: &Panel<'_>, value: f64) -> RGBColor {

@@ -123,6 +123,11 @@ pub fn replay(
     })
 }
 
+/// How many of the wanted `folder` has no file of.
+pub fn outstanding(wanted: &[Wanted], folder: &Path) -> usize {
+    wanted.iter().filter(|wanted| !folder.join(file_name(wanted.source)).exists()).count()
+}
+
 fn file_name(source: Source) -> String {
     match source {
         Source::Index(index) => format!("{index:06}.json"),

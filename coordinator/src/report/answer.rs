@@ -170,14 +170,17 @@ fn ground_in_words(found: &Findings) -> Option<String> {
         interval(half_way.interval, percent),
         metres(analysis.reach.farthest_m()),
     );
-    if let Some(run) = &found.mean_run {
-        let _ = write!(
-            text,
-            " A single analysis with mean properties {} {} m, and {} of the slides go farther.",
-            if run.failed { "runs" } else { "is stable with" },
-            metres(run.runout_m),
-            percent(run.share)
-        );
+    match &found.mean_run {
+        Some(run) if run.failed => {
+            let _ = write!(
+                text,
+                " A single analysis with mean properties runs {} m; {} of the slides go farther.",
+                metres(run.runout_m),
+                percent(run.share)
+            );
+        }
+        Some(_) => text.push_str(" In a single analysis with mean properties the slope stands."),
+        None => {}
     }
     Some(text)
 }

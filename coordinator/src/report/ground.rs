@@ -25,8 +25,8 @@ pub(super) fn hazard(material: &Material<'_>, found: &Findings, figures: &[Figur
     ));
     html.push_str(&captioned("Behind the crest's edge, whether the slope fails or not", &behind(analysis)));
     html.push_str(&paragraph(format!(
-        "A place is reached if the contiguous front of the slide goes beyond it, and lost if the ground there moved more than {} m: \
-         both are counted over every realisation, stable ones included, failed analyses left out. Material that is thrown or \
+        "A place is reached if the slope fails and the contiguous front of the slide goes beyond it, and lost if the slope fails and \
+         the ground there moved more than {} m: both are counted over every realisation, stable ones included, failed analyses left out. Material that is thrown or \
          rolls ahead of the front is not counted. Places beyond the longest slide of this campaign are not safe: they are where \
          the interval's upper end speaks.",
         metres(material.campaign.model.sample.threshold_m)
@@ -35,7 +35,7 @@ pub(super) fn hazard(material: &Material<'_>, found: &Findings, figures: &[Figur
         Some(hazard) => format!(
             "Depths and speeds rest on {} of the {} samples, chosen at random by the campaign's seed and replayed{}. \
              Depth is the soil above the original ground, slid or heaved, at the end; speed is the highest of that soil as a whole \
-             (momentum over mass), looked at every 0.05 s. Both are known to about one spacing of the points, {} m. A stable \
+             (momentum over mass), looked at every 0.05 s. Depths are known to about one spacing of the points, {} m. A stable \
              slope deposits nothing: quantiles over all realisations are smaller.",
             hazard.profiles,
             analysis.samples_m.len(),

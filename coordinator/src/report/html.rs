@@ -20,7 +20,7 @@ p{margin:.5rem 0;max-width:48rem}
 .answer{background:var(--panel);border-left:4px solid var(--accent);padding:.9rem 1.2rem;margin:1rem 0}
 .answer p{margin:.35rem 0;max-width:none}
 .answer strong{font-size:1.15em}
-.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(7.2rem,1fr));gap:.75rem;margin:1.2rem 0}
+.numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(6.3rem,1fr));gap:.75rem;margin:1.2rem 0}
 .numbers div{background:var(--panel);padding:.7rem .9rem}
 .numbers b{display:block;white-space:nowrap;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span{color:var(--grey);font-size:.85rem}
@@ -33,12 +33,13 @@ th:first-child,td:first-child{text-align:left;padding-left:0}
 th.text,td.text{text-align:left}
 td.long{text-align:left;white-space:normal;min-width:12rem}
 tr.best td,tr.best th{font-weight:600}
-caption{text-align:left;color:var(--grey);padding-bottom:.3rem;max-width:48rem}
+caption{text-align:left;color:var(--grey);padding-bottom:.3rem}\
+.scroll caption{position:sticky;left:0;max-width:min(48rem,calc(100vw - 2rem))}
 figure{margin:1rem 0;break-inside:avoid}
 figure svg,figure img{display:block;width:100%;height:auto;color:var(--ink)}
 figure img{background:#fff;padding:.3rem}
 figcaption{color:var(--grey);font-size:.9rem;max-width:48rem;margin-top:.25rem}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(24rem,100%),1fr));gap:0 1.2rem}
+.pair{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(24rem,100%),1fr));gap:0 1.2rem}
 nav ol{columns:2;padding-left:1.3rem;margin:.6rem 0}
 nav a,p a{color:var(--accent)}
 a:focus-visible,.scroll:focus-visible,summary:focus-visible{outline:2px solid var(--accent);outline-offset:2px}
@@ -50,7 +51,7 @@ code{overflow-wrap:anywhere}
 @media print{:root{color-scheme:light;--ink:#000;--page:#fff;--panel:#f3f3f3;--grid:#ccc;--grey:#444;--accent:#0072b2}
 body{max-width:none;padding:0;font-size:9.5pt}h2,h3{break-after:avoid}h2{margin-top:1.6rem}p{orphans:3;widows:3}tr{break-inside:avoid}\
 thead{display:table-header-group}.scroll{overflow:visible}table{font-size:7.8pt}th,td{padding:.2rem .35rem}nav{display:none}\
-.numbers,.answer{break-inside:avoid}.pair{grid-template-columns:1fr 1fr}figure.tall img,figure.tall svg{max-height:235mm;width:auto;max-width:100%;margin:auto}\
+.numbers,.answer,.scroll:not(:has(tbody tr:nth-child(16))){break-inside:avoid}.pair{grid-template-columns:1fr 1fr}figure.tall img,figure.tall svg{max-height:235mm;width:auto;max-width:100%;margin:auto}\
 details::details-content{content-visibility:visible;height:auto}summary{list-style:none;font-weight:600}pre{white-space:pre-wrap}}
 ";
 
@@ -85,7 +86,8 @@ pub fn captioned(caption: &str, table: &str) -> String {
 pub fn table(header: &[&str], rows: &[(bool, Vec<String>)]) -> String {
     // The keyboard scrolls what it can reach.
     let mut html = String::from("<div class=\"scroll\" tabindex=\"0\"><table>");
-    let is_text: Vec<bool> = (0..header.len()).map(|column| is_text(rows, column)).collect();
+    let is_text: Vec<bool> =
+        header.iter().enumerate().map(|(column, name)| *name == "value" || is_text(rows, column)).collect();
     let class = |column: usize, cell: &str| match is_text.get(column) {
         _ if cell.chars().count() > LONG_CELL => " class=\"long\"",
         Some(true) => " class=\"text\"",

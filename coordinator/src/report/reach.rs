@@ -1,11 +1,12 @@
 //! How far from the toe the ground is reached, and how far behind the crest it is lost: counted over every realisation
 //! that is a sample or stable, from the measures in the outcomes.
 //!
-//! A place in front of the toe is reached if the contiguous front goes beyond it (`toe_advance_m`), one behind the crest's
-//! edge is lost if the ground there moved more than the threshold (`crest_retreat_m`).
+//! A place in front of the toe is reached if the slope fails and the contiguous front goes beyond it (`toe_advance_m`), one
+//! behind the crest's edge is lost if the slope fails and the ground there moved more than the threshold
+//! (`crest_retreat_m`). A stable slope reaches nothing: that its toe bulges by millimetres is no slide.
 
 use runout_core::estimate::interval::{self, Interval};
-use runout_core::outcome::{Outcome, OutcomeKind};
+use runout_core::outcome::{Measures, Outcome, OutcomeKind};
 
 /// The probabilities, whether a slope fails or not.
 #[derive(Debug, Clone, Default)]
@@ -30,15 +31,21 @@ pub struct Probability {
 
 /// Counts `outcomes`; failed analyses are left out.
 pub fn reach(outcomes: &[Outcome], confidence: f64) -> Reach {
-    let decided = || outcomes.iter().filter(|o| o.outcome != OutcomeKind::Failed).filter_map(|o| o.measures);
+    let decided = |of: fn(&Measures) -> f64| -> Vec<f64> {
+        let kept = outcomes.iter().filter(|o| o.outcome != OutcomeKind::Failed);
+        kept.filter_map(|o| {
+            o.measures.as_ref().map(|m| if o.outcome == OutcomeKind::Runout { of(m) } else { 0.0 })
+        })
+        .collect()
+    };
     let sorted = |mut values: Vec<f64>| {
         values.retain(|v| v.is_finite());
         values.sort_by(f64::total_cmp);
         values
     };
     Reach {
-        advances_m: sorted(decided().map(|m| m.toe_advance_m).collect()),
-        retreats_m: sorted(decided().map(|m| m.crest_retreat_m).collect()),
+        advances_m: sorted(decided(|m| m.toe_advance_m)),
+        retreats_m: sorted(decided(|m| m.crest_retreat_m)),
         confidence,
     }
 }

@@ -3,7 +3,7 @@
 use super::Findings;
 use super::figures::Figure;
 use super::html::paragraph;
-use super::page::{find, interval, metres, pair, percent};
+use super::page::{find, interval, metres, percent};
 
 /// The deterministic run beside the samples.
 pub(super) fn mean_properties(found: &Findings, figures: &[Figure]) -> String {
@@ -57,7 +57,8 @@ pub(super) fn gallery(found: &Findings, figures: &[Figure]) -> String {
     }
     html.push_str("<h3>The median slide</h3>\n");
     html.push_str(&displacement);
-    html.push_str(&pair(figures, &["typical-fields", "typical-plastic-strain"]));
+    html.push_str(&find(figures, "typical-plastic-strain"));
+    html.push_str(&find(figures, "typical-fields"));
     let tail: Vec<&str> =
         figures.iter().map(|f| f.name.as_str()).filter(|name| name.starts_with("slide-")).collect();
     if !tail.is_empty() {

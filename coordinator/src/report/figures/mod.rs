@@ -276,15 +276,16 @@ pub(super) fn hazard(
     hazard: Option<&Hazard>,
 ) -> Result<(), PictureError> {
     let Some(at_toe) = analysis.reach.in_front(0.0) else { return Ok(()) };
+    let decided = analysis.estimate.samples + analysis.estimate.stable;
+    let level = percent(analysis.estimate.confidence);
     let mut caption = format!(
-        "Along the ground, from the top: the section (heights and lengths at different scales), and the probability that a place \
-         is reached or lost, over all {} realisations, with its pointwise {} interval",
-        analysis.estimate.samples + analysis.estimate.stable,
-        percent(analysis.estimate.confidence),
+        "Probability that the ground in front of the toe is reached, over all {decided} realisations, with its pointwise {level} \
+         interval"
     );
     if let Some(hazard) = hazard {
         caption.push_str(&format!(
-            "; depth of the deposit and highest speed given failure, over {} samples chosen at random and replayed",
+            "; below it depth of the deposit and highest speed given failure, over {} samples chosen at random and replayed, \
+             constant over each column of cells",
             hazard.profiles
         ));
     }
@@ -292,12 +293,20 @@ pub(super) fn hazard(
         "hazard-profile",
         caption + ".",
         format!(
-            "The toe is passed in {} of the realisations; the farthest front lies {} m in front of it, and the crest retreats by up to {} m.",
+            "The toe is passed in {} of the realisations; the farthest front lies {} m in front of it.",
             percent(at_toe.share),
             metres(analysis.reach.farthest_m()),
-            metres(analysis.reach.largest_retreat_m())
         ),
         &ground::profile(model, analysis, hazard),
+    )?;
+    figures.chart(
+        "hazard-crest",
+        format!(
+            "Probability that the ground behind the crest's edge is lost, over all {decided} realisations, with its pointwise \
+             {level} interval."
+        ),
+        format!("The crest retreats by up to {} m.", metres(analysis.reach.largest_retreat_m())),
+        &ground::crest(model, analysis),
     )
 }
 

@@ -34,7 +34,7 @@ pub(super) fn histogram(analysis: &Analysis, method: Method, mean_run: Option<&D
         x: Axis::linear("runout (m)", 0.0, right),
         y: Axis::linear("probability density (1/m)", 0.0, 1.05 * top),
         series,
-        legend: Legend::UpperRight,
+        legend: Legend::Above,
     }
 }
 

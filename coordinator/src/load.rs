@@ -230,6 +230,22 @@ fn file_of(folder: &Path, named: &str, kept: &str) -> PathBuf {
     if folder.join(SPEC_FILE).is_file() && kept.is_file() { kept } else { folder.join(named) }
 }
 
+/// Likeness (Jaro and Winkler's, 1 for equal ones) from which a name may have been meant.
+const LIKE: f64 = 0.85;
+
+/// The name in the same folder that is most like that of `path`, if one is.
+fn nearest(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy();
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names =
+        std::fs::read_dir(folder).ok()?.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    names
+        .map(|other| (strsim::jaro_winkler(&name, &other), other))
+        .filter(|(likeness, _)| *likeness > LIKE)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, other)| other)
+}
+
 fn read_text(path: &Path) -> Result<String, LoadError> {
     let unreadable = |why: String| LoadError::Unreadable { path: path.to_owned(), why };
     if path.is_dir() {
@@ -241,7 +257,10 @@ fn read_text(path: &Path) -> Result<String, LoadError> {
         }));
     }
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        io::ErrorKind::NotFound => unreadable("there is no such file".to_owned()),
+        io::ErrorKind::NotFound => unreadable(match nearest(path) {
+            Some(name) => format!("there is no such file; did you mean {name}?"),
+            None => "there is no such file".to_owned(),
+        }),
         io::ErrorKind::PermissionDenied => unreadable("it may not be read (permission denied)".to_owned()),
         _ => unreadable(e.to_string()),
     })?;

@@ -43,7 +43,7 @@ pub struct WorkerCommand {
 #[derive(Debug, Error)]
 pub enum LocalError {
     /// The program is not there.
-    #[error("{}: the worker program is not there; it belongs beside `runout` (build it with `cargo build --release`)", .0.display())]
+    #[error("{}: the worker program is not there; it belongs beside `runout` (build both with `cargo build --release`), or name it with --worker-program", .0.display())]
     NoProgram(PathBuf),
     /// The system does not say where this program is.
     #[error("where `runout` itself is cannot be found out: {0}")]

@@ -18,7 +18,7 @@ use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields, MakeWriter}
 use tracing_subscriber::registry::LookupSpan;
 
 /// Fields that say what an event is about; its sentence says the same.
-const ABOUT: [&str; 3] = ["worker", "index", "attempt"];
+const ABOUT: [&str; 4] = ["worker", "index", "attempt", "slots"];
 
 static CAMPAIGN: OnceLock<String> = OnceLock::new();
 

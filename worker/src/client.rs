@@ -21,6 +21,8 @@ use tonic::{Code, Status};
 const FIRST_WAIT: Duration = Duration::from_millis(100);
 /// Longest wait: a restarted coordinator is found again within this.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// Silence of the coordinator after which the log says so, and again as often.
+const SILENCE: Duration = Duration::from_secs(5);
 const CONNECT_LIMIT: Duration = Duration::from_secs(5);
 /// Longer than a lease call is held open.
 const CALL_LIMIT: Duration = Duration::from_secs(30);
@@ -249,6 +251,7 @@ impl Client {
         F: Future<Output = Result<tonic::Response<T>, Status>>,
     {
         let mut wait = FIRST_WAIT;
+        let mut said = SILENCE;
         loop {
             match call(self.grpc()).await {
                 Ok(reply) => {
@@ -266,6 +269,16 @@ impl Client {
                     }
                     tracing::debug!("{}: again in {wait:?}", status.message());
                     self.follow();
+                    if silent > said {
+                        let left = self.give_up_after.saturating_sub(silent);
+                        tracing::warn!(
+                            "the coordinator has not answered for {silent:.0?} ({}): is it running at that address? \
+                             trying for another {left:.0?}",
+                            status.message()
+                        );
+                        // Ever more rarely: an hour's silence makes ten lines.
+                        said = silent * 2;
+                    }
                 }
             }
             tokio::time::sleep(jittered(wait)).await;

@@ -2,7 +2,7 @@
 
 use super::analysis::{prepare, watch};
 use super::pictures::PictureArguments;
-use super::{Failure, index, print, run_records::RunRecords};
+use super::{Failure, index, print, print_json, run_records::RunRecords};
 use crate::difference;
 use crate::gallery::GalleryError;
 use crate::store::log::Record;
@@ -24,13 +24,16 @@ pub struct ReplayArguments {
     out: Option<PathBuf>,
     #[command(flatten)]
     pictures: PictureArguments,
+    /// Print the outcome that came out again, and the files written, as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 /// Time between two moments of the series, s.
 const EVERY_S: f64 = 0.25;
 
 pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
-    let ReplayArguments { dir, index, out, pictures } = arguments;
+    let ReplayArguments { dir, index, out, pictures, json } = arguments;
     let run = RunRecords::read(dir)?;
     let record = run.view.records.iter().find(|r| r.outcome.index == *index).ok_or_else(|| {
         Failure::Input(format!(
@@ -53,14 +56,17 @@ pub(super) fn replay(arguments: &ReplayArguments) -> Result<(), Failure> {
             gallery.observe(snapshot);
         }
     })?;
-    let mut said = String::new();
+    let mut files = Vec::new();
     if let Some(gallery) = gallery {
         let what = format!("{}, realisation {index}", run.loaded.campaign.name);
         let random = &run.loaded.campaign.random;
-        let files = gallery.finish(&run.view.spec.model, random, &what, &watched.outcome).map_err(failed)?;
-        files.iter().for_each(|file| said.push_str(&format!("wrote {}\n", file.display())));
+        files = gallery.finish(&run.view.spec.model, random, &what, &watched.outcome).map_err(failed)?;
     }
-    print(&said)?;
+    if *json {
+        compare(*index, &record.outcome, &watched.outcome)?;
+        return print_json(&serde_json::json!({ "same": true, "outcome": watched.outcome, "files": files }));
+    }
+    print(&files.iter().map(|file| format!("wrote {}\n", file.display())).collect::<String>())?;
     compare(*index, &record.outcome, &watched.outcome)?;
     print(&format!("realisation {index}: the same bits, digest {}\n", watched.outcome.digest))?;
     Ok(())

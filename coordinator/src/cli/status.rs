@@ -137,7 +137,11 @@ impl Screen {
 
 async fn look(target: &str) -> Result<Status, Failure> {
     if target.starts_with("http://") || target.starts_with("https://") {
-        return Ok(ask(target).await.with_context(|| format!("{target}: no coordinator answers"))?);
+        let advice = "it takes the address in coordinator.addr, not that of the live page; without a coordinator name the \
+                      run directory";
+        return Ok(ask(target)
+            .await
+            .with_context(|| format!("{target}: no coordinator answers ({advice})"))?);
     }
     let path = Path::new(target);
     let frame = run_directory::read_frame(path).map_err(|e| Failure::Input(e.to_string()))?;

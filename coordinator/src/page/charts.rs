@@ -55,7 +55,8 @@ pub(super) fn mean(curves: &Curves, confidence: f64) -> String {
     let line: Vec<(f64, f64)> = points.iter().map(|p| (p.samples as f64, p.mean_m)).collect();
     let band = points.iter().filter_map(|p| p.interval_m.map(|[l, h]| (p.samples as f64, l, h))).collect();
     let chart = Chart {
-        x: Axis::linear("slides", 0.0, last.samples as f64),
+        // A few samples would have fractions on the axis.
+        x: Axis::linear("slides", 0.0, last.samples.max(10) as f64),
         y: Axis::linear("mean runout (m)", (low - margin).max(0.0), high + margin),
         series: vec![
             Series::new(Layer::Band(band), SERIES[0], &interval),

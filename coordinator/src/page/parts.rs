@@ -109,7 +109,7 @@ fn numbers(snapshot: &Snapshot) -> String {
     let status = &snapshot.status;
     let unknown = || "not known yet".to_owned();
     let range = |interval: Option<[f64; 2]>, unit: &str| match interval {
-        Some([low, high]) => format!("{low:.3} to {high:.3}{unit}, {:.0} %", 100.0 * status.confidence),
+        Some([low, high]) => format!("{low:.3} to {high:.3}{unit} ({:.0}\u{a0}%)", 100.0 * status.confidence),
         None => unknown(),
     };
     let rate = match status.realisations_per_min {

@@ -4,7 +4,8 @@
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`] and [`store`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`status`] and [`progress`] tell.
+//!    it is enough, [`service`], [`serve`] and [`local`] let workers take part, [`listen`] lets in whom [`tls`] has
+//!    certified, within [`limits`], [`status`] and [`progress`] tell.
 //! 3. [`fit_tables`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
@@ -16,6 +17,8 @@ pub mod advice;
 
 pub mod difference;
 pub mod engine;
+pub mod limits;
+pub mod listen;
 pub mod local;
 pub mod progress;
 pub mod queue;
@@ -24,6 +27,7 @@ pub mod serve;
 pub mod service;
 pub mod status;
 pub mod store;
+pub mod tls;
 pub mod writer;
 
 pub mod fit_tables;

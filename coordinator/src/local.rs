@@ -54,23 +54,33 @@ pub fn worker_program(given: Option<&Path>) -> Result<PathBuf, LocalError> {
     if program.is_file() { Ok(program) } else { Err(LocalError::NoProgram(program)) }
 }
 
+/// What local workers are started with.
+#[derive(Debug, Clone)]
+pub struct Crew {
+    /// The worker program.
+    pub program: PathBuf,
+    /// URL of the coordinator.
+    pub url: String,
+    /// Where they spool.
+    pub spool: PathBuf,
+    /// TLS directory, for an `https://` URL.
+    pub tls: Option<PathBuf>,
+}
+
 /// Keeps `count` workers running until each has left in order or crashed too often, or `stop` is set; then kills
 /// what is left.
 ///
 /// # Errors
 /// None is left but those that crashed too often or cannot work.
 pub async fn keep_running(
-    program: PathBuf,
-    url: String,
-    spool: PathBuf,
+    crew: Crew,
     count: usize,
     shared: Weak<Shared>,
     stop: watch::Receiver<bool>,
 ) -> Result<(), LocalError> {
     let mut all = JoinSet::new();
     for number in 1..=count {
-        let (program, url, spool) = (program.clone(), url.clone(), spool.clone());
-        all.spawn(keep_one(program, url, spool, number, Weak::clone(&shared), stop.clone()));
+        all.spawn(keep_one(crew.clone(), number, Weak::clone(&shared), stop.clone()));
     }
     let left_in_order = all.join_all().await;
     if left_in_order.contains(&true) { Ok(()) } else { Err(LocalError::NoneLeft) }
@@ -87,18 +97,11 @@ enum End {
 }
 
 /// Returns whether the worker left in order.
-async fn keep_one(
-    program: PathBuf,
-    url: String,
-    spool: PathBuf,
-    number: usize,
-    shared: Weak<Shared>,
-    mut stop: watch::Receiver<bool>,
-) -> bool {
+async fn keep_one(crew: Crew, number: usize, shared: Weak<Shared>, mut stop: watch::Receiver<bool>) -> bool {
     let mut crashes = 0;
     for started in 1_u64.. {
         let name = format!("local-{number}.{started}");
-        let what = match run_one(start(&program, &url, &spool, &name), &shared, &mut stop).await {
+        let what = match run_one(start(&crew, &name), &shared, &mut stop).await {
             End::InOrder => return true,
             End::CannotWork => {
                 tracing::error!("worker {name} cannot work for this campaign");
@@ -157,10 +160,15 @@ fn bury(shared: &Weak<Shared>, name: &str) -> bool {
     delivered
 }
 
-fn start(program: &Path, url: &str, spool: &Path, name: &str) -> io::Result<Child> {
-    Command::new(program)
-        .args(["--coordinator", url, "--slots", "1", "--name", name, "--leave-with-parent", "--spool"])
-        .arg(spool)
+fn start(crew: &Crew, name: &str) -> io::Result<Child> {
+    let mut command = Command::new(&crew.program);
+    command
+        .args(["--coordinator", &crew.url, "--slots", "1", "--name", name, "--leave-with-parent", "--spool"])
+        .arg(&crew.spool);
+    if let Some(folder) = &crew.tls {
+        command.arg("--tls").arg(folder);
+    }
+    command
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         // Control-C in a terminal is for the coordinator, which tells its workers.

@@ -2,6 +2,9 @@
 //! coordinator does not know the worker (any more), and a coordinator that stays away too long is given up.
 
 use runout_core::spec::{Spec, SpecError};
+use runout_proto::check::Check;
+use runout_proto::convert::{DecodeError, readable};
+use runout_proto::tls::{EndpointError, TlsError, refusal};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::{
     HeartbeatReply, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseReply, LeaseRequest, RegisterRequest,
@@ -9,7 +12,7 @@ use runout_proto::v1::{
 };
 use runout_proto::{LONGEST_POLL_S, MESSAGE_LIMIT_BYTES, identity};
 use std::hash::{BuildHasher, RandomState};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use thiserror::Error;
 use tonic::transport::{Channel, Endpoint};
@@ -22,18 +25,29 @@ const LONGEST_WAIT: Duration = Duration::from_secs(5);
 const CONNECT_LIMIT: Duration = Duration::from_secs(5);
 /// Longer than a lease call is held open.
 const CALL_LIMIT: Duration = Duration::from_secs(30);
+/// Longest message of the coordinator's that is shown, characters.
+const SHOWN: usize = 500;
 
 /// A coordinator that cannot be worked for.
 #[derive(Debug, Error)]
 pub enum ClientError {
-    /// Not a URL.
-    #[error("--coordinator {url}: not a URL like http://127.0.0.1:7421 ({why})")]
+    /// A URL that leads nowhere.
+    #[error("--coordinator {url}: {error}")]
     Url {
         /// What was given.
         url: String,
-        /// Why it is none.
-        why: String,
+        /// Why it leads nowhere.
+        error: EndpointError,
     },
+    /// The certificates cannot be used.
+    #[error(transparent)]
+    Credentials(#[from] TlsError),
+    /// Coordinator and worker do not trust each other.
+    #[error("no connection to the coordinator: {0}")]
+    Untrusted(String),
+    /// Its answer breaks the contract.
+    #[error("the coordinator's answer cannot be understood: {0}")]
+    Answer(#[from] DecodeError),
     /// It has not answered for too long.
     #[error("the coordinator has not answered for {0:.0?}; the last failure: {1}")]
     GaveUp(Duration, String),
@@ -80,25 +94,21 @@ pub struct Client {
     grpc: CoordinatorClient<Channel>,
     introduction: Introduction,
     give_up_after: Duration,
-    heard: Mutex<Instant>,
+    heard: Mutex<Heard>,
+}
+
+/// What was heard of the coordinator.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    /// When last; since when there is a client, if never.
+    last: Instant,
+    /// Whether ever.
+    ever: bool,
 }
 
 impl Client {
-    /// A client for the coordinator at `url`; connects with the first call. Needs a runtime around it.
-    ///
-    /// # Errors
-    /// Not a URL.
-    pub fn new(
-        url: &str,
-        introduction: Introduction,
-        give_up_after: Duration,
-    ) -> Result<Client, ClientError> {
-        let endpoint = Endpoint::from_shared(url.to_owned())
-            .map_err(|e| ClientError::Url { url: url.to_owned(), why: e.to_string() })?;
-        if endpoint.uri().scheme_str() != Some("http") || endpoint.uri().authority().is_none() {
-            let why = "it must begin with http://".to_owned();
-            return Err(ClientError::Url { url: url.to_owned(), why });
-        }
+    /// A client for the coordinator there; connects with the first call. Needs a runtime around it.
+    pub fn new(endpoint: Endpoint, introduction: Introduction, give_up_after: Duration) -> Client {
         let channel = endpoint
             .connect_timeout(CONNECT_LIMIT)
             .timeout(CALL_LIMIT)
@@ -109,7 +119,8 @@ impl Client {
         let grpc = CoordinatorClient::new(channel)
             .max_decoding_message_size(MESSAGE_LIMIT_BYTES)
             .max_encoding_message_size(MESSAGE_LIMIT_BYTES);
-        Ok(Client { grpc, introduction, give_up_after, heard: Mutex::new(Instant::now()) })
+        let heard = Mutex::new(Heard { last: Instant::now(), ever: false });
+        Client { grpc, introduction, give_up_after, heard }
     }
 
     /// Registers, with the leases that the worker still holds.
@@ -134,10 +145,8 @@ impl Client {
             .ok_or_else(|| ClientError::Refused("it does not register workers".to_owned()))?;
         let spec = Spec::from_json(&reply.spec_json)?;
         let digest = spec.digest();
-        // A period that is no time would be a busy loop or a panic.
-        let heartbeat_s =
-            if reply.heartbeat_s.is_finite() { reply.heartbeat_s.clamp(0.01, 3600.0) } else { 5.0 };
-        let heartbeat = Duration::from_secs_f64(heartbeat_s);
+        // A period that is next to nothing would be a busy loop.
+        let heartbeat = Duration::from_secs_f64(reply.heartbeat_s.max(0.01));
         Ok(Registration { worker_id: reply.worker_id, spec, digest, heartbeat })
     }
 
@@ -176,7 +185,11 @@ impl Client {
         let call = grpc.heartbeat(HeartbeatRequest { worker_id, running });
         match tokio::time::timeout(limit, call).await {
             Err(_) => Err(Status::deadline_exceeded("no answer to the heartbeat")),
-            Ok(Ok(reply)) => Ok(Some(reply.into_inner())),
+            Ok(Ok(reply)) => {
+                let reply = reply.into_inner();
+                reply.check().map_err(|error| Status::internal(error.to_string()))?;
+                Ok(Some(reply))
+            }
             Ok(Err(status)) if status.code() == Code::NotFound => Ok(None),
             Ok(Err(status)) => Err(status),
         }
@@ -192,31 +205,51 @@ impl Client {
         }
     }
 
+    fn heard(&self) -> MutexGuard<'_, Heard> {
+        self.heard.lock().expect("nobody panics with it locked")
+    }
+
     /// Repeats a call until it is answered. `None`: the coordinator does not know the worker.
     async fn retried<T, F, C>(&self, call: C) -> Result<Option<T>, ClientError>
     where
+        T: Check,
         C: Fn(CoordinatorClient<Channel>) -> F,
         F: Future<Output = Result<tonic::Response<T>, Status>>,
     {
         let mut wait = FIRST_WAIT;
+        let mut distrust = String::new();
         loop {
-            match call(self.grpc.clone()).await {
+            let failure = match call(self.grpc.clone()).await {
                 Ok(reply) => {
-                    *self.heard.lock().expect("nobody panics with it locked") = Instant::now();
-                    return Ok(Some(reply.into_inner()));
+                    *self.heard() = Heard { last: Instant::now(), ever: true };
+                    let reply = reply.into_inner();
+                    reply.check()?;
+                    return Ok(Some(reply));
                 }
                 Err(status) if status.code() == Code::NotFound => return Ok(None),
-                Err(status) if is_final(status.code()) => {
-                    return Err(ClientError::Refused(status.message().to_owned()));
-                }
-                Err(status) => {
-                    let silent = self.heard.lock().expect("nobody panics with it locked").elapsed();
-                    if silent > self.give_up_after {
-                        return Err(ClientError::GaveUp(silent, status.message().to_owned()));
+                Err(status) => status,
+            };
+            let heard = *self.heard();
+            let why = match refusal::seen_by_client(&failure) {
+                // Where no answer ever came the set-up is wrong. Later the coordinator may be back with another.
+                Some(why) if !heard.ever => return Err(ClientError::Untrusted(why)),
+                Some(why) => {
+                    if why != distrust {
+                        tracing::warn!("no connection to the coordinator: {why}");
+                        distrust.clone_from(&why);
                     }
-                    tracing::debug!("{}: again in {wait:?}", status.message());
+                    why
                 }
+                None if is_final(failure.code()) => {
+                    return Err(ClientError::Refused(readable(failure.message(), SHOWN)));
+                }
+                None => readable(failure.message(), SHOWN),
+            };
+            let silent = heard.last.elapsed();
+            if silent > self.give_up_after {
+                return Err(ClientError::GaveUp(silent, why));
             }
+            tracing::debug!("{why}: again in {wait:?}");
             tokio::time::sleep(jittered(wait)).await;
             wait = (wait * 2).min(LONGEST_WAIT);
         }

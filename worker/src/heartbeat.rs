@@ -7,13 +7,14 @@ use std::io;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
+use tonic::transport::Endpoint;
 
 /// Starts the thread; it ends when the board says stop.
 ///
 /// # Errors
 /// The system refuses a thread or a runtime.
 pub fn start(
-    url: String,
+    endpoint: Endpoint,
     introduction: Introduction,
     give_up_after: Duration,
     board: Arc<Board>,
@@ -21,7 +22,7 @@ pub fn start(
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     thread::Builder::new().name("heartbeat".to_owned()).spawn(move || {
         let beaten = runtime.block_on(async {
-            let client = Client::new(&url, introduction, give_up_after)?;
+            let client = Client::new(endpoint, introduction, give_up_after);
             beat(&client, &board).await
         });
         if let Err(error) = beaten {

@@ -1,17 +1,23 @@
 //! The command line, and what becomes of it.
 
+use crate::client::ClientError;
 use clap::Parser;
+use runout_proto::tls::{self, Credentials, Role};
 use std::num::NonZeroU16;
 use std::path::PathBuf;
 use std::time::Duration;
+use tonic::transport::Endpoint;
 
 /// Runs realisations for a Runout coordinator
 #[derive(Debug, Clone, Parser)]
 #[command(name = "runout-worker", version)]
 pub struct Options {
-    /// The coordinator's address, for example http://127.0.0.1:7421
+    /// The coordinator's address, for example http://127.0.0.1:7421 or https://host:7421
     #[arg(long, value_name = "URL")]
     pub coordinator: String,
+    /// Directory with certificates for https://, made by `runout tls init`; ca.pem, worker.pem and worker.key are needed
+    #[arg(long, value_name = "DIR", env = tls::VARIABLE, hide_env_values = true)]
+    pub tls: Option<PathBuf>,
     /// Realisations at a time, one thread each [default: the number of cores]
     #[arg(long, value_name = "N")]
     pub slots: Option<NonZeroU16>,
@@ -33,6 +39,18 @@ pub struct Options {
 }
 
 impl Options {
+    /// The way to the coordinator.
+    ///
+    /// # Errors
+    /// Not a URL, or certificates that are missing or cannot be used.
+    pub fn endpoint(&self) -> Result<Endpoint, ClientError> {
+        // An empty variable means none.
+        let folder = self.tls.as_ref().filter(|folder| !folder.as_os_str().is_empty());
+        let credentials = folder.map(|folder| Credentials::load(folder, Role::Worker)).transpose()?;
+        tls::endpoint(&self.coordinator, credentials.as_ref())
+            .map_err(|error| ClientError::Url { url: self.coordinator.clone(), error })
+    }
+
     /// Number of slots.
     pub fn slots(&self) -> u32 {
         let cores = || std::thread::available_parallelism().map_or(1, |n| n.get().min(4096) as u32);

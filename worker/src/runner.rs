@@ -81,10 +81,11 @@ pub async fn run(
     build: String,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<(), WorkerError> {
+    let endpoint = options.endpoint()?;
     let kernel = identity::kernel()?;
     let fingerprint = identity::fingerprint(kernel);
     let introduction = Introduction { name: options.name(), slots: options.slots(), build, fingerprint };
-    let client = Client::new(&options.coordinator, introduction.clone(), options.give_up_after)?;
+    let client = Client::new(endpoint.clone(), introduction.clone(), options.give_up_after);
     let registration = tokio::select! {
         registration = client.register(Vec::new()) => registration?,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
@@ -92,12 +93,8 @@ pub async fn run(
     tracing::info!("registered with {} as {}", options.coordinator, introduction.name);
     let (spec, digest) = (registration.spec.clone(), registration.digest.clone());
     let board = Arc::new(Board::new(registration));
-    let beating = heartbeat::start(
-        options.coordinator.clone(),
-        introduction.clone(),
-        options.give_up_after,
-        Arc::clone(&board),
-    )?;
+    let beating =
+        heartbeat::start(endpoint, introduction.clone(), options.give_up_after, Arc::clone(&board))?;
     let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;

@@ -1,19 +1,19 @@
 //! `runout status`: where a campaign stands, from its coordinator or from its run directory.
 
+use super::connect::{AskError, connect, connect_as_announced, is_url};
+use super::tls::TlsArgument;
 use super::{Failure, json_text, print_while_read, runtime};
 use crate::run_directory;
 use crate::status::{self, State, Status};
-use anyhow::Context;
 use clap::Args;
+use runout_proto::check::Check;
 use runout_proto::v1::StatusRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::time::Duration;
-use tonic::transport::Endpoint;
+use tonic::transport::Channel;
 
-/// How long a coordinator may take to answer.
-const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 /// Time between two looks with `--watch`.
 const WATCH_PERIOD: Duration = Duration::from_secs(2);
 
@@ -32,6 +32,9 @@ pub struct StatusArgs {
     /// Look again every two seconds until the campaign does not run any more
     #[arg(long)]
     pub watch: bool,
+    /// Certificates for https://
+    #[command(flatten)]
+    pub tls: TlsArgument,
 }
 
 /// Runs the command; returns the exit code.
@@ -41,7 +44,7 @@ pub struct StatusArgs {
 pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
     runtime()?.block_on(async {
         loop {
-            let status = look(&args.target).await?;
+            let status = look(args).await?;
             let redraws = args.watch && !args.json && io::stdout().is_terminal();
             let text = if args.json { json_text(&status)? } else { status.text() };
             let read = print_while_read(&(if redraws { CLEAR } else { "" }.to_owned() + &text))?;
@@ -56,24 +59,36 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
     })
 }
 
-async fn look(target: &str) -> Result<Status, Failure> {
-    if target.starts_with("http://") || target.starts_with("https://") {
-        return Ok(ask(target).await.with_context(|| format!("{target}: no coordinator answers"))?);
+async fn look(args: &StatusArgs) -> Result<Status, Failure> {
+    let (target, tls) = (args.target.as_str(), args.tls.folder());
+    let failed = |error: AskError| match error {
+        AskError::Away(_) => Failure::Work(format!("{target}: {error}")),
+        _ => Failure::Input(format!("{target}: {error}")),
+    };
+    if is_url(target) {
+        return ask(connect(target, tls).await.map_err(failed)?).await.map_err(failed);
     }
     let path = Path::new(target);
     let view = run_directory::read(path).map_err(|e| Failure::Input(e.to_string()))?;
-    if let Some(url) = view.address
-        && let Ok(status) = ask(&url).await
-        && status.digest == view.spec.digest()
-    {
-        return Ok(status);
+    if let Some(url) = view.address {
+        let asked = match connect_as_announced(&url, tls).await {
+            Ok(client) => ask(client).await,
+            Err(error) => Err(error),
+        };
+        match asked {
+            Ok(status) if status.digest == view.spec.digest() => return Ok(status),
+            // Another coordinator listens there now, or none: the files tell.
+            Ok(_) | Err(AskError::Away(_)) => {}
+            // Somebody is at work, and the files would say that nobody is.
+            Err(error) => return Err(failed(error)),
+        }
     }
     Ok(status::of_directory(path)?)
 }
 
-async fn ask(url: &str) -> anyhow::Result<Status> {
-    let endpoint = Endpoint::from_shared(url.to_owned())?.connect_timeout(ANSWER_LIMIT).timeout(ANSWER_LIMIT);
-    let mut client = CoordinatorClient::new(endpoint.connect().await?);
+async fn ask(mut client: CoordinatorClient<Channel>) -> Result<Status, AskError> {
     let reply = client.status(StatusRequest {}).await?.into_inner();
-    Ok(serde_json::from_str(&reply.json)?)
+    let not_understood = |why: String| AskError::Refused(format!("its answer cannot be understood: {why}"));
+    reply.check().map_err(|e| not_understood(e.to_string()))?;
+    Status::from_peer(&reply.json).map_err(|e| not_understood(e.to_string()))
 }

@@ -4,8 +4,9 @@
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`schema`] describes it; [`advice`] says what may be wrong with it although it is allowed.
 //! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] decide what is run next and when
-//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`status`], [`tally`],
-//!    [`progress`], [`history`], [`page`] and [`logs`] tell, [`verify`] checks; [`submit`] hands all that to a batch system.
+//!    it is enough, [`rulings`] whom to believe, [`service`], [`serve`] and [`local`] let workers take part, [`listen`] lets
+//!    in whom [`tls`] has certified, within [`limits`], [`status`], [`tally`], [`progress`], [`history`], [`page`] and [`logs`]
+//!    tell, [`verify`] checks; [`submit`] hands all that to a batch system.
 //! 3. [`outcomes`] is the table of results; [`fit_tables`], [`replays`], [`report`], [`gallery`], [`picture`] and [`vtu`] show what came out; [`validation`] shows that the
 //!    solver is right.
 //! 4. [`cli`] holds one command a file.
@@ -20,6 +21,8 @@ pub mod difference;
 pub mod engine;
 pub mod events;
 pub mod history;
+pub mod limits;
+pub mod listen;
 pub mod local;
 pub mod logs;
 pub mod page;
@@ -33,6 +36,7 @@ pub mod status;
 pub mod store;
 pub mod submit;
 pub mod tally;
+pub mod tls;
 pub mod verify;
 pub mod writer;
 

@@ -26,19 +26,6 @@ const RESTART_DELAY: Duration = Duration::from_millis(500);
 /// Longest wait for a worker to leave once the coordinator is done; then it is killed.
 const LEAVE_LIMIT: Duration = Duration::from_secs(5);
 
-/// How a local worker is started.
-#[derive(Debug, Clone)]
-pub struct WorkerCommand {
-    /// The worker program.
-    pub program: PathBuf,
-    /// Where the coordinator listens.
-    pub url: String,
-    /// Folder for outcomes that are not yet acknowledged.
-    pub spool: PathBuf,
-    /// How it writes its logs.
-    pub log_format: LogFormat,
-}
-
 /// Local workers that cannot be started.
 #[derive(Debug, Error)]
 pub enum LocalError {
@@ -68,20 +55,35 @@ pub fn worker_program(given: Option<&Path>) -> Result<PathBuf, LocalError> {
     if program.is_file() { Ok(program) } else { Err(LocalError::NoProgram(program)) }
 }
 
+/// What local workers are started with.
+#[derive(Debug, Clone)]
+pub struct Crew {
+    /// The worker program.
+    pub program: PathBuf,
+    /// URL of the coordinator.
+    pub url: String,
+    /// Where they spool.
+    pub spool: PathBuf,
+    /// TLS directory, for an `https://` URL.
+    pub tls: Option<PathBuf>,
+    /// How their logs are written.
+    pub log_format: LogFormat,
+}
+
 /// Keeps `count` workers running until each has left in order or crashed too often, or `stop` is set; then kills
 /// what is left.
 ///
 /// # Errors
 /// None is left but those that crashed too often or cannot work.
 pub async fn keep_running(
-    command: WorkerCommand,
+    crew: Crew,
     count: usize,
     shared: Weak<Shared>,
     stop: watch::Receiver<bool>,
 ) -> Result<(), LocalError> {
     let mut all = JoinSet::new();
     for number in 1..=count {
-        all.spawn(keep_one(command.clone(), number, Weak::clone(&shared), stop.clone()));
+        all.spawn(keep_one(crew.clone(), number, Weak::clone(&shared), stop.clone()));
     }
     let left_in_order = all.join_all().await;
     if left_in_order.contains(&true) { Ok(()) } else { Err(LocalError::NoneLeft) }
@@ -98,16 +100,11 @@ enum End {
 }
 
 /// Returns whether the worker left in order.
-async fn keep_one(
-    command: WorkerCommand,
-    number: usize,
-    shared: Weak<Shared>,
-    mut stop: watch::Receiver<bool>,
-) -> bool {
+async fn keep_one(crew: Crew, number: usize, shared: Weak<Shared>, mut stop: watch::Receiver<bool>) -> bool {
     let mut crashes = 0;
     for started in 1_u64.. {
         let name = format!("local-{number}.{started}");
-        let what = match run_one(start(&command, &name), &shared, &mut stop).await {
+        let what = match run_one(start(&crew, &name), &shared, &mut stop).await {
             End::InOrder => return true,
             End::CannotWork => {
                 tracing::error!(worker = name, "worker {name} cannot work for this campaign");
@@ -166,15 +163,20 @@ fn bury(shared: &Weak<Shared>, name: &str) -> bool {
     delivered
 }
 
-fn start(worker: &WorkerCommand, name: &str) -> io::Result<Child> {
-    let log_format = match worker.log_format {
+fn start(crew: &Crew, name: &str) -> io::Result<Child> {
+    let log_format = match crew.log_format {
         LogFormat::Text => "text",
         LogFormat::Json => "json",
     };
-    Command::new(&worker.program)
-        .args(["--coordinator", &worker.url, "--slots", "1", "--name", name, "--leave-with-parent"])
+    let mut command = Command::new(&crew.program);
+    command
+        .args(["--coordinator", &crew.url, "--slots", "1", "--name", name, "--leave-with-parent"])
         .args(["--log-format", log_format, "--spool"])
-        .arg(&worker.spool)
+        .arg(&crew.spool);
+    if let Some(folder) = &crew.tls {
+        command.arg("--tls").arg(folder);
+    }
+    command
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         // Control-C in a terminal is for the coordinator, which tells its workers.

@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -148,13 +147,13 @@ impl RunDirectory {
         self.resumed
     }
 
-    /// Says where the coordinator listens.
+    /// Says where the coordinator listens: its URL.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn announce(&self, address: SocketAddr) -> Result<(), RunDirectoryError> {
+    pub fn announce(&self, url: &str) -> Result<(), RunDirectoryError> {
         let path = self.path.join(ADDRESS_FILE);
-        write_atomically(&path, format!("http://{address}\n").as_bytes())
+        write_atomically(&path, format!("{url}\n").as_bytes())
             .map_err(|error| RunDirectoryError::File { path, error })
     }
 
@@ -296,6 +295,18 @@ pub fn read(path: &Path) -> Result<RunView, RunDirectoryError> {
         damage: scan.into_damage(),
         address,
     })
+}
+
+/// Where the coordinator of a run directory listens, if one does, and the digest of its spec.
+///
+/// # Errors
+/// It holds no campaign.
+pub fn announced(path: &Path) -> Result<(Option<String>, String), RunDirectoryError> {
+    Ok((address(path), read_frozen(path)?.digest))
+}
+
+fn address(path: &Path) -> Option<String> {
+    fs::read_to_string(path.join(ADDRESS_FILE)).ok().map(|a| a.trim().to_owned())
 }
 
 fn frozen(spec: &Spec) -> String {

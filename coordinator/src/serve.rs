@@ -1,10 +1,12 @@
 //! The coordinator as a server: open the run directory, listen, and end in good order.
 //!
-//! Plain functions: `open` gives the campaign in progress, `listen` the socket, `serve` runs until the campaign is
-//! over, somebody interrupts, or the store fails.
+//! Plain functions: `open` gives the campaign in progress, `serve` runs on a [`Listener`] until the campaign is over,
+//! somebody interrupts or cancels, or the store fails.
 
 use crate::engine::Engine;
 use crate::events::What;
+use crate::limits;
+use crate::listen::{ListenError, Listener};
 use crate::load::Loaded;
 use crate::page::{Page, PageError};
 use crate::progress;
@@ -21,25 +23,15 @@ use runout_proto::logging;
 use runout_proto::v1::coordinator_server::CoordinatorServer;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
-use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 use thiserror::Error;
-use tokio::net::TcpListener;
 use tokio::sync::{oneshot, watch};
 use tokio::time::{Instant, timeout};
-use tokio_stream::wrappers::TcpListenerStream;
 use tonic::transport::Server;
 
-/// Longest time any call may take: a lease call is held open for 20 s.
-const CALL_LIMIT: Duration = Duration::from_secs(40);
-/// Calls served at a time on one connection: a worker's slots and heartbeat are fewer.
-const CALLS_PER_CONNECTION: usize = 4096;
-/// A connection that has died without saying so is noticed within the sum of these.
-const KEEP_ALIVE_INTERVAL: Duration = Duration::from_secs(20);
-const KEEP_ALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// Longest wait for open calls to end after the listener has closed: a client may not answer at all.
 const HARD_DEADLINE: Duration = Duration::from_secs(5);
 
@@ -71,27 +63,9 @@ pub enum ServeError {
     /// The kernel that the environment asks for cannot be used.
     #[error(transparent)]
     Kernel(#[from] KernelError),
-    /// The address is open to other machines, and nothing protects it.
-    #[error(
-        "{0} can be reached from other machines and the connection is neither encrypted nor authenticated; \
-         listen on a loopback address, or accept that with --insecure (TLS is not available yet)"
-    )]
-    Insecure(SocketAddr),
-    /// The address is taken, or not this machine's.
-    #[error(
-        "cannot listen on {address}: {error}; {}",
-        match error.kind() {
-            io::ErrorKind::AddrInUse =>
-                "another coordinator may be there: take another port with --listen (0 for any free one)",
-            _ => "--listen takes an address of this machine",
-        }
-    )]
-    Listen {
-        /// The address.
-        address: SocketAddr,
-        /// What the system said.
-        error: io::Error,
-    },
+    /// The address cannot be listened on.
+    #[error(transparent)]
+    Listen(#[from] ListenError),
     /// The system refused something else.
     #[error("{0}")]
     System(#[from] io::Error),
@@ -109,8 +83,7 @@ impl ServeError {
         match self {
             ServeError::RunDirectory(_)
             | ServeError::Kernel(_)
-            | ServeError::Insecure(_)
-            | ServeError::Listen { .. }
+            | ServeError::Listen(_)
             | ServeError::Page(_) => 2,
             _ => 1,
         }
@@ -175,35 +148,25 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     let (writer, store) = Writer::start_keeping(store, Some(keeper))?;
     writer.note(What::Started { build: identity::build(), outcomes: stored.records.len() as u64 });
     let spec_json = loaded.spec.to_json();
-    let shared = Shared::new(campaign, spec_json, loaded.spec.digest(), fingerprint, engine, writer);
+    let digest = loaded.spec.digest();
+    let shared = Shared::new(campaign, spec_json, digest, fingerprint, engine, writer, options.grace);
     stored.records.iter().for_each(|record| shared.tally().restored(record));
     Ok(Coordinator { directory, shared: Arc::new(shared), page: None, store })
 }
 
-/// Listens on `address`: loopback, or anything if `insecure` is accepted.
-///
-/// # Errors
-/// The address is open to others without that, taken, or not this machine's.
-pub async fn listen(address: SocketAddr, insecure: bool) -> Result<TcpListener, ServeError> {
-    if !address.ip().is_loopback() && !insecure {
-        return Err(ServeError::Insecure(address));
-    }
-    TcpListener::bind(address).await.map_err(|error| ServeError::Listen { address, error })
-}
-
-/// Serves until the campaign is over, `interrupts` counts one (drain) or two (end at once), or the store fails;
-/// returns where the campaign stands then.
+/// Serves until the campaign is over, `interrupts` counts one (drain) or two (end at once), an operator cancels (which
+/// counts as one), or the store fails; returns where the campaign stands then.
 ///
 /// # Errors
 /// The store or the server failed.
 pub async fn serve(
-    listener: TcpListener,
+    listener: Listener,
     coordinator: Coordinator,
     options: &Options,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<Status, ServeError> {
     let Coordinator { directory, shared, page, store } = coordinator;
-    directory.announce(listener.local_addr()?)?;
+    directory.announce(listener.url())?;
     let (stop, stopped) = oneshot::channel::<()>();
     let mut server = tokio::spawn(run_server(listener, Arc::clone(&shared), stopped));
     let progress = tokio::spawn(progress::show(Arc::downgrade(&shared)));
@@ -240,7 +203,7 @@ pub async fn serve(
 }
 
 async fn run_server(
-    listener: TcpListener,
+    listener: Listener,
     shared: Arc<Shared>,
     stopped: oneshot::Receiver<()>,
 ) -> Result<(), tonic::transport::Error> {
@@ -248,13 +211,14 @@ async fn run_server(
         .max_decoding_message_size(MESSAGE_LIMIT_BYTES)
         .max_encoding_message_size(MESSAGE_LIMIT_BYTES);
     Server::builder()
-        .timeout(CALL_LIMIT)
-        .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
-        .http2_keepalive_interval(Some(KEEP_ALIVE_INTERVAL))
-        .http2_keepalive_timeout(Some(KEEP_ALIVE_TIMEOUT))
-        .tcp_nodelay(true)
+        .timeout(limits::CALL)
+        .concurrency_limit_per_connection(limits::CALLS_PER_CONNECTION as usize)
+        .max_concurrent_streams(limits::CALLS_PER_CONNECTION)
+        .http2_max_header_list_size(limits::HEADER_BYTES)
+        .http2_keepalive_interval(Some(limits::KEEP_ALIVE_INTERVAL))
+        .http2_keepalive_timeout(Some(limits::KEEP_ALIVE_TIMEOUT))
         .add_service(service)
-        .serve_with_incoming_shutdown(TcpListenerStream::new(listener), async {
+        .serve_with_incoming_shutdown(listener.incoming(), async {
             // A sender that is gone means the same as one that has sent.
             let _ = stopped.await;
         })
@@ -290,7 +254,7 @@ async fn until_end(
             return Err(ServeError::StoreFailed(message));
         }
         let now = Instant::now();
-        let interrupts = *interrupts.borrow();
+        let interrupts = *interrupts.borrow() + u32::from(shared.is_cancelled());
         let look = Look::at(shared);
         if look.over {
             if let Some(limit) = look.audit_limit {

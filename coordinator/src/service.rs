@@ -1,26 +1,33 @@
-//! The gRPC service: decode, call the engine, make durable, encode.
+//! The gRPC service: check caller and message, call the engine, make durable, encode.
 //!
 //! What must happen once it has begun (storing an outcome, noting that it is stored) runs in a task of its own,
 //! so that a client that hangs up in the middle leaves nothing half done.
 
 use crate::engine::{Engine, Step, Verdict, poison};
 use crate::events::What;
+use crate::limits;
+use crate::listen::{Caller, Notes, Right};
 use crate::queue::{Attempts, Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
 use crate::status::{self, Status};
 use crate::store::log::Entry;
 use crate::tally::{Answer, Tally};
 use crate::writer::{Job, Writer};
 use runout_core::campaign::Campaign;
-use runout_proto::convert::{self, DecodeError};
+use runout_proto::check::Check;
+use runout_proto::convert::{self, DecodeError, readable};
 use runout_proto::v1::coordinator_server::Coordinator;
 use runout_proto::{LONGEST_POLL_S, identity, v1};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 use tonic::{Request, Response};
 
-/// Most leases a worker may name in one call: its slots are fewer.
-const MOST_LEASES: usize = 8192;
+/// Longest text of a peer's in a message, characters.
+const SHOWN: usize = 500;
+
+/// Refusals of calls.
+static NOTES: Notes = Notes::new();
 
 /// What all calls share.
 #[derive(Debug)]
@@ -38,6 +45,9 @@ pub struct Shared {
     changed: Notify,
     writer: Writer,
     started: Instant,
+    /// Longest time that running realisations get once the campaign is cancelled.
+    grace: Duration,
+    cancelled: AtomicBool,
 }
 
 impl Shared {
@@ -49,6 +59,7 @@ impl Shared {
         fingerprint: String,
         engine: Engine,
         writer: Writer,
+        grace: Duration,
     ) -> Shared {
         let tally = Mutex::new(Tally::new(campaign.model.sample.measure));
         Shared {
@@ -61,7 +72,14 @@ impl Shared {
             changed: Notify::new(),
             writer,
             started: Instant::now(),
+            grace,
+            cancelled: AtomicBool::new(false),
         }
+    }
+
+    /// Whether an operator has cancelled the campaign.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
     }
 
     /// The engine, locked: never across an await.
@@ -206,8 +224,7 @@ impl Service {
             return Err(tonic::Status::failed_precondition("the report is of another campaign"));
         }
         let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
-        let wall_s = convert::non_negative("wall_s", request.wall_s).map_err(invalid)?;
-        let (index, attempt) = (outcome.index, request.attempt);
+        let (index, attempt, wall_s) = (outcome.index, request.attempt, request.wall_s);
         let step = self
             .shared
             .engine()
@@ -247,18 +264,23 @@ impl Coordinator for Service {
         &self,
         request: Request<v1::RegisterRequest>,
     ) -> Result<Response<v1::RegisterReply>, tonic::Status> {
-        let request = request.into_inner();
+        let request = admit(request, Right::Work, "register").await?;
         check_identity(&request, &self.shared.fingerprint)
             .inspect_err(|_| self.shared.tally().refused_workers += 1)?;
-        let name = convert::worker_name(request.name).map_err(invalid)?;
-        let slots = convert::slots(request.slots).map_err(invalid)?;
-        let held = decode_leases(&request.held)?;
+        let v1::RegisterRequest { name, slots, held, .. } = request;
         let held: Vec<Held> = held
             .into_iter()
-            .map(|lease| Held { lease, steps: 0, simulated_s: 0.0, reporting: false })
+            .map(|lease| Held { lease: decode_lease(lease), steps: 0, simulated_s: 0.0, reporting: false })
             .collect();
         let (worker_id, settings) = {
             let mut engine = self.shared.engine();
+            if engine.queue().workers().count() >= limits::WORKERS {
+                let most = limits::WORKERS;
+                NOTES.say(&format!("worker {name} is not registered: {most} are already"));
+                return Err(tonic::Status::resource_exhausted(format!(
+                    "{most} workers are registered already"
+                )));
+            }
             let id = engine.register(&name, slots, &held, self.shared.now());
             (id, engine.queue().settings().clone())
         };
@@ -277,9 +299,9 @@ impl Coordinator for Service {
         &self,
         request: Request<v1::LeaseRequest>,
     ) -> Result<Response<v1::LeaseReply>, tonic::Status> {
-        let request = request.into_inner();
-        let poll_s = convert::non_negative("poll_s", request.poll_s).map_err(invalid)?.min(LONGEST_POLL_S);
-        let deadline = tokio::time::Instant::now() + Duration::from_secs_f64(poll_s);
+        let request = admit(request, Right::Work, "lease").await?;
+        let poll = Duration::from_secs_f64(request.poll_s.min(LONGEST_POLL_S));
+        let deadline = tokio::time::Instant::now() + poll;
         loop {
             let changed = self.shared.changed.notified();
             tokio::pin!(changed);
@@ -299,8 +321,8 @@ impl Coordinator for Service {
         &self,
         request: Request<v1::HeartbeatRequest>,
     ) -> Result<Response<v1::HeartbeatReply>, tonic::Status> {
-        let request = request.into_inner();
-        let held = decode_progress(&request.running)?;
+        let request = admit(request, Right::Work, "heartbeat").await?;
+        let held: Vec<Held> = request.running.iter().filter_map(decode_progress).collect();
         let (order, cancel, events) =
             self.shared.engine().heartbeat(request.worker_id, &held, self.shared.now()).map_err(unknown)?;
         for event in &events {
@@ -323,7 +345,8 @@ impl Coordinator for Service {
         request: Request<v1::ReportRequest>,
     ) -> Result<Response<v1::ReportReply>, tonic::Status> {
         let started = Instant::now();
-        let verdict = self.take_report(request.into_inner()).await;
+        let request = admit(request, Right::Work, "report").await?;
+        let verdict = self.take_report(request).await;
         let answer = match verdict {
             Ok(Verdict::Recorded) => Answer::Recorded,
             Ok(Verdict::Duplicate) => Answer::Duplicate,
@@ -345,10 +368,10 @@ impl Coordinator for Service {
         &self,
         request: Request<v1::ReleaseRequest>,
     ) -> Result<Response<v1::ReleaseReply>, tonic::Status> {
-        let request = request.into_inner();
-        let leases = decode_leases(&request.leases)?;
+        let request = admit(request, Right::Work, "release").await?;
+        let leases: Vec<Lease> = request.leases.iter().copied().map(decode_lease).collect();
         let error = request.error.as_ref().map(|error| {
-            let error: String = error.chars().take(500).flat_map(char::escape_default).collect();
+            let error = readable(error, SHOWN);
             self.shared.tally().broken += 1;
             for Lease { index, attempt } in &leases {
                 tracing::error!(index, attempt, "realisation {index} broke (attempt {attempt}): {error}");
@@ -373,18 +396,51 @@ impl Coordinator for Service {
 
     async fn status(
         &self,
-        _request: Request<v1::StatusRequest>,
+        request: Request<v1::StatusRequest>,
     ) -> Result<Response<v1::StatusReply>, tonic::Status> {
+        admit(request, Right::Look, "status").await?;
         let status = self.shared.status();
         let json = serde_json::to_string(&status).expect("a status holds only numbers, words and lists");
         Ok(Response::new(v1::StatusReply { state: status.state.name().to_owned(), json }))
     }
+
+    async fn cancel(
+        &self,
+        request: Request<v1::CancelRequest>,
+    ) -> Result<Response<v1::CancelReply>, tonic::Status> {
+        let request = admit(request, Right::Cancel, "cancel").await?;
+        if request.spec_digest.is_some_and(|digest| digest != self.shared.digest) {
+            return Err(tonic::Status::failed_precondition("this coordinator works on another campaign"));
+        }
+        let state = self.shared.status().state;
+        if !self.shared.cancelled.swap(true, Ordering::Relaxed) {
+            tracing::info!("cancelled by an operator");
+        }
+        self.shared.changed.notify_waiters();
+        let grace_s = self.shared.grace.as_secs_f64();
+        Ok(Response::new(v1::CancelReply { state: state.name().to_owned(), grace_s }))
+    }
+}
+
+/// The message of a call, if the caller may make it and the message keeps to the contract. Waits while the caller
+/// calls more often than it may.
+async fn admit<M: Check>(request: Request<M>, right: Right, call: &str) -> Result<M, tonic::Status> {
+    let caller = request.extensions().get::<Arc<Caller>>().cloned();
+    let caller = caller.ok_or_else(|| tonic::Status::internal("the caller is not known"))?;
+    caller.pace().await;
+    caller.may(right).map_err(|why| {
+        NOTES.say(&format!("{call} from {} refused: {why}", caller.peer()));
+        tonic::Status::permission_denied(why)
+    })?;
+    let message = request.into_inner();
+    message.check().map_err(invalid)?;
+    Ok(message)
 }
 
 fn check_identity(request: &v1::RegisterRequest, fingerprint: &str) -> Result<(), tonic::Status> {
     let expected = (identity::PROTOCOL, identity::build(), fingerprint);
     let differs = |what: &str, here: &dyn std::fmt::Display, there: &dyn std::fmt::Display, advice: &str| {
-        let there: String = there.to_string().chars().take(100).flat_map(char::escape_default).collect();
+        let there = readable(&there.to_string(), SHOWN);
         Err(tonic::Status::failed_precondition(format!(
             "the worker's {what} is {there}, the coordinator's is {here}: {advice}"
         )))
@@ -418,28 +474,12 @@ fn decode_lease(lease: v1::LeaseRef) -> Lease {
     Lease { index: lease.index, attempt: lease.attempt }
 }
 
-fn decode_leases(leases: &[v1::LeaseRef]) -> Result<Vec<Lease>, tonic::Status> {
-    if leases.len() > MOST_LEASES {
-        return Err(tonic::Status::invalid_argument(format!("more than {MOST_LEASES} leases")));
-    }
-    Ok(leases.iter().copied().map(decode_lease).collect())
-}
-
-fn decode_progress(running: &[v1::LeaseProgress]) -> Result<Vec<Held>, tonic::Status> {
-    if running.len() > MOST_LEASES {
-        return Err(tonic::Status::invalid_argument(format!("more than {MOST_LEASES} leases")));
-    }
-    let missing = || invalid(DecodeError::Missing { field: "running.lease" });
-    running
-        .iter()
-        .map(|progress| {
-            Ok(Held {
-                lease: decode_lease(progress.lease.ok_or_else(missing)?),
-                steps: progress.steps,
-                simulated_s: convert::non_negative("running.simulated_s", progress.simulated_s)
-                    .map_err(invalid)?,
-                reporting: progress.reporting,
-            })
-        })
-        .collect()
+/// A progress that was checked names its lease.
+fn decode_progress(progress: &v1::LeaseProgress) -> Option<Held> {
+    Some(Held {
+        lease: decode_lease(progress.lease?),
+        steps: progress.steps,
+        simulated_s: progress.simulated_s,
+        reporting: progress.reporting,
+    })
 }

@@ -14,7 +14,7 @@ use crate::store::{self, DATABASE_FOLDER, LOG_FILE, database};
 use runout_core::campaign::Campaign;
 use runout_core::estimate::Decision;
 use runout_core::outcome::{OutcomeKind, Reason};
-use runout_proto::convert;
+use runout_proto::{check, convert};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -223,7 +223,7 @@ fn ranges(record: &Record, campaign: Option<&Campaign>) -> Vec<String> {
     if let Err(error) = convert::decode_outcome(Some(convert::encode_outcome(outcome))) {
         off.push(error.to_string());
     }
-    if let Err(error) = convert::worker_name(worker.clone()) {
+    if let Err(error) = check::name("worker", worker) {
         off.push(error.to_string());
     }
     if let Err(error) = convert::non_negative("wall_s", *wall_s) {

@@ -123,38 +123,29 @@ pub fn hexadecimal(field: &'static str, text: String, digits: usize) -> Result<S
     if sound {
         Ok(text)
     } else {
-        Err(bad(field, shorten(&text), "it must be a digest of hexadecimal digits"))
+        Err(bad(field, readable(&text, 80), "it must be a digest of hexadecimal digits"))
     }
 }
 
-/// A worker's name: 1 to 128 printable characters.
-///
-/// # Errors
-/// It is not.
-pub fn worker_name(text: String) -> Result<String, DecodeError> {
-    let sound = (1..=128).contains(&text.chars().count()) && text.chars().all(|c| !c.is_control());
-    if sound {
-        Ok(text)
-    } else {
-        Err(bad("name", shorten(&text), "it must be 1 to 128 printable characters"))
-    }
-}
-
-/// The number of slots of a worker: 1 to 4096.
-///
-/// # Errors
-/// It is not.
-pub fn slots(value: u32) -> Result<u32, DecodeError> {
-    if (1..=4096).contains(&value) { Ok(value) } else { Err(bad("slots", value, "it must be 1 to 4096")) }
-}
-
-fn bad(field: &'static str, value: impl ToString, allowed: &'static str) -> DecodeError {
+pub(crate) fn bad(field: &'static str, value: impl ToString, allowed: &'static str) -> DecodeError {
     DecodeError::Bad { field, value: value.to_string(), allowed }
 }
 
-/// A peer's text, cut so that a message about it stays a message.
-fn shorten(text: &str) -> String {
-    text.chars().take(80).flat_map(char::escape_default).collect()
+/// A peer's text as people may see it: at most `most` of its characters, those that are not plain escaped.
+pub fn readable(text: &str, most: usize) -> String {
+    let escaped = |c: char| -> Box<dyn Iterator<Item = char>> {
+        if is_plain(c) { Box::new(std::iter::once(c)) } else { Box::new(c.escape_default()) }
+    };
+    text.chars().take(most).flat_map(escaped).collect()
+}
+
+/// Whether a character shows as itself: it neither controls a terminal, nor breaks a line, nor is invisible, nor turns
+/// the direction of writing.
+pub(crate) fn is_plain(c: char) -> bool {
+    let hidden = matches!(c,
+        '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+        | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
+    !c.is_control() && !hidden
 }
 
 fn decode_measures(wire: &v1::Measures) -> Result<Measures, DecodeError> {

@@ -127,7 +127,12 @@ impl Cluster {
 
     /// A coordinator for run directory `out` on a free port, listening.
     pub fn serve(&self, out: &str, more: &[&str]) -> (Process, String) {
-        let mut arguments = vec!["serve", "campaign.toml", "--out", out, "--listen", "127.0.0.1:0"];
+        self.serve_on("127.0.0.1:0", out, more)
+    }
+
+    /// As [`Cluster::serve`], listening on `address`.
+    pub fn serve_on(&self, address: &str, out: &str, more: &[&str]) -> (Process, String) {
+        let mut arguments = vec!["serve", "campaign.toml", "--out", out, "--listen", address];
         arguments.extend(["--heartbeat", "0.25"]);
         arguments.extend(more);
         // What an earlier coordinator that was killed has left says nothing about this one.

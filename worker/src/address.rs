@@ -2,9 +2,13 @@
 //!
 //! A coordinator that is started again elsewhere writes its new address there, and its workers find it.
 
+use crate::client::ClientError;
+use runout_proto::tls::{self, Credentials};
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use tonic::transport::Endpoint;
 
 /// Name of the file that a coordinator writes into its run directory.
 const ADDRESS_FILE: &str = "coordinator.addr";
@@ -42,6 +46,26 @@ impl Address {
             }
             tokio::time::sleep(LOOK_AGAIN).await;
         }
+    }
+}
+
+/// The way to the coordinator: where it is, and what the worker is known by there.
+#[derive(Debug, Clone)]
+pub struct Way {
+    /// Where it is.
+    pub address: Address,
+    /// The worker's certificate, for `https://`.
+    pub credentials: Option<Arc<Credentials>>,
+}
+
+impl Way {
+    /// The endpoint of the coordinator at `url`, without limits on its calls.
+    ///
+    /// # Errors
+    /// Not a URL, or not one for these credentials.
+    pub fn endpoint(&self, url: &str) -> Result<Endpoint, ClientError> {
+        tls::endpoint(url, self.credentials.as_deref())
+            .map_err(|error| ClientError::Url { url: url.to_owned(), error })
     }
 }
 

@@ -1,8 +1,11 @@
 //! The only gRPC of the worker: every call is retried with jittered back-off, registration is renewed when the
 //! coordinator does not know the worker (any more), and a coordinator that stays away too long is given up.
 
-use crate::address::Address;
+use crate::address::Way;
 use runout_core::spec::{Spec, SpecError};
+use runout_proto::check::Check;
+use runout_proto::convert::{DecodeError, readable};
+use runout_proto::tls::{EndpointError, TlsError, refusal};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::{
     HeartbeatReply, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseReply, LeaseRequest, RegisterRequest,
@@ -11,10 +14,10 @@ use runout_proto::v1::{
 use runout_proto::{LONGEST_POLL_S, MESSAGE_LIMIT_BYTES, identity};
 use std::hash::{BuildHasher, RandomState};
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use thiserror::Error;
-use tonic::transport::{Channel, Endpoint};
+use tonic::transport::Channel;
 use tonic::{Code, Status};
 
 /// First wait before a call is repeated; doubled each time.
@@ -26,18 +29,29 @@ const SILENCE: Duration = Duration::from_secs(5);
 const CONNECT_LIMIT: Duration = Duration::from_secs(5);
 /// Longer than a lease call is held open.
 const CALL_LIMIT: Duration = Duration::from_secs(30);
+/// Longest message of the coordinator's that is shown, characters.
+const SHOWN: usize = 500;
 
 /// A coordinator that cannot be worked for.
 #[derive(Debug, Error)]
 pub enum ClientError {
-    /// Not a URL.
-    #[error("--coordinator {url}: not a URL like http://127.0.0.1:7421 ({why})")]
+    /// A URL that leads nowhere.
+    #[error("--coordinator {url}: {error}")]
     Url {
         /// What was given.
         url: String,
-        /// Why it is none.
-        why: String,
+        /// Why it leads nowhere.
+        error: EndpointError,
     },
+    /// The certificates cannot be used.
+    #[error(transparent)]
+    Credentials(#[from] TlsError),
+    /// Coordinator and worker do not trust each other.
+    #[error("no connection to the coordinator: {0}")]
+    Untrusted(String),
+    /// Its answer breaks the contract.
+    #[error("the coordinator's answer cannot be understood: {0}")]
+    Answer(#[from] DecodeError),
     /// It has not answered for too long.
     #[error("the coordinator has not answered for {0:.0?}; the last failure: {1}")]
     GaveUp(Duration, String),
@@ -89,11 +103,20 @@ pub struct Introduction {
 /// A connection. Heartbeat and slots have one each, and share the registration.
 #[derive(Debug)]
 pub struct Client {
-    address: Address,
+    way: Way,
     connection: Mutex<Connection>,
     introduction: Introduction,
     give_up_after: Duration,
-    heard: Mutex<Instant>,
+    heard: Mutex<Heard>,
+}
+
+/// What was heard of the coordinator.
+#[derive(Debug, Clone, Copy)]
+struct Heard {
+    /// When last; since when there is a client, if never.
+    last: Instant,
+    /// Whether ever.
+    ever: bool,
 }
 
 /// Where calls go.
@@ -105,13 +128,8 @@ struct Connection {
 
 impl Connection {
     /// To the coordinator at `url`; connects with the first call. Needs a runtime around it.
-    fn new(url: &str) -> Result<Connection, ClientError> {
-        let endpoint = Endpoint::from_shared(url.to_owned())
-            .map_err(|e| ClientError::Url { url: url.to_owned(), why: e.to_string() })?;
-        if endpoint.uri().scheme_str() != Some("http") || endpoint.uri().authority().is_none() {
-            let why = "it must begin with http://".to_owned();
-            return Err(ClientError::Url { url: url.to_owned(), why });
-        }
+    fn new(way: &Way, url: &str) -> Result<Connection, ClientError> {
+        let endpoint = way.endpoint(url)?;
         let channel = endpoint
             .connect_timeout(CONNECT_LIMIT)
             .timeout(CALL_LIMIT)
@@ -127,19 +145,20 @@ impl Connection {
 }
 
 impl Client {
-    /// A client for the coordinator at `address`, now at `url`; connects with the first call. Needs a runtime around
-    /// it.
+    /// A client for the coordinator that `way` leads to, now at `url`; connects with the first call. Needs a runtime
+    /// around it.
     ///
     /// # Errors
-    /// Not a URL.
+    /// Not a URL, or not one for the worker's certificates.
     pub fn new(
-        address: Address,
+        way: Way,
         url: &str,
         introduction: Introduction,
         give_up_after: Duration,
     ) -> Result<Client, ClientError> {
-        let connection = Mutex::new(Connection::new(url)?);
-        Ok(Client { address, connection, introduction, give_up_after, heard: Mutex::new(Instant::now()) })
+        let connection = Mutex::new(Connection::new(&way, url)?);
+        let heard = Mutex::new(Heard { last: Instant::now(), ever: false });
+        Ok(Client { way, connection, introduction, give_up_after, heard })
     }
 
     /// Registers, with the leases that the worker still holds.
@@ -164,10 +183,8 @@ impl Client {
             .ok_or_else(|| ClientError::Refused("it does not register workers".to_owned()))?;
         let spec = Spec::from_json(&reply.spec_json)?;
         let digest = spec.digest();
-        // A period that is no time would be a busy loop or a panic.
-        let heartbeat_s =
-            if reply.heartbeat_s.is_finite() { reply.heartbeat_s.clamp(0.01, 3600.0) } else { 5.0 };
-        let heartbeat = Duration::from_secs_f64(heartbeat_s);
+        // A period that is next to nothing would be a busy loop.
+        let heartbeat = Duration::from_secs_f64(reply.heartbeat_s.max(0.01));
         Ok(Registration { worker_id: reply.worker_id, spec, digest, heartbeat })
     }
 
@@ -206,7 +223,11 @@ impl Client {
         let call = grpc.heartbeat(HeartbeatRequest { worker_id, running });
         let status = match tokio::time::timeout(limit, call).await {
             Err(_) => Status::deadline_exceeded("no answer to the heartbeat"),
-            Ok(Ok(reply)) => return Ok(Some(reply.into_inner())),
+            Ok(Ok(reply)) => {
+                let reply = reply.into_inner();
+                reply.check().map_err(|error| Status::internal(error.to_string()))?;
+                return Ok(Some(reply));
+            }
             Ok(Err(status)) if status.code() == Code::NotFound => return Ok(None),
             Ok(Err(status)) => status,
         };
@@ -230,12 +251,12 @@ impl Client {
 
     /// After a failure: turns to the coordinator's new address if it has moved.
     fn follow(&self) {
-        let Some(url) = self.address.now() else { return };
+        let Some(url) = self.way.address.now() else { return };
         let mut connection = self.connection.lock().expect("nobody panics with it locked");
         if url == connection.url {
             return;
         }
-        match Connection::new(&url) {
+        match Connection::new(&self.way, &url) {
             Ok(new) => {
                 tracing::info!("the coordinator has moved to {url}");
                 *connection = new;
@@ -244,42 +265,60 @@ impl Client {
         }
     }
 
+    fn heard(&self) -> MutexGuard<'_, Heard> {
+        self.heard.lock().expect("nobody panics with it locked")
+    }
+
     /// Repeats a call until it is answered. `None`: the coordinator does not know the worker.
     async fn retried<T, F, C>(&self, call: C) -> Result<Option<T>, ClientError>
     where
+        T: Check,
         C: Fn(CoordinatorClient<Channel>) -> F,
         F: Future<Output = Result<tonic::Response<T>, Status>>,
     {
         let mut wait = FIRST_WAIT;
-        let mut said = SILENCE;
+        let (mut said, mut distrust) = (SILENCE, String::new());
         loop {
-            match call(self.grpc()).await {
+            let failure = match call(self.grpc()).await {
                 Ok(reply) => {
-                    *self.heard.lock().expect("nobody panics with it locked") = Instant::now();
-                    return Ok(Some(reply.into_inner()));
+                    *self.heard() = Heard { last: Instant::now(), ever: true };
+                    let reply = reply.into_inner();
+                    reply.check()?;
+                    return Ok(Some(reply));
                 }
                 Err(status) if status.code() == Code::NotFound => return Ok(None),
-                Err(status) if is_final(status.code()) => {
-                    return Err(ClientError::Refused(status.message().to_owned()));
-                }
-                Err(status) => {
-                    let silent = self.heard.lock().expect("nobody panics with it locked").elapsed();
-                    if silent > self.give_up_after {
-                        return Err(ClientError::GaveUp(silent, status.message().to_owned()));
+                Err(status) => status,
+            };
+            let heard = *self.heard();
+            let why = match refusal::seen_by_client(&failure) {
+                // Where no answer ever came the set-up is wrong. Later the coordinator may be back with another.
+                Some(why) if !heard.ever => return Err(ClientError::Untrusted(why)),
+                Some(why) => {
+                    if why != distrust {
+                        tracing::warn!("no connection to the coordinator: {why}");
+                        distrust.clone_from(&why);
                     }
-                    tracing::debug!("{}: again in {wait:?}", status.message());
-                    self.follow();
-                    if silent > said {
-                        let left = self.give_up_after.saturating_sub(silent);
-                        tracing::warn!(
-                            "the coordinator has not answered for {silent:.0?} ({}): is it running at that address? \
-                             trying for another {left:.0?}",
-                            status.message()
-                        );
-                        // Ever more rarely: an hour's silence makes ten lines.
-                        said = silent * 2;
-                    }
+                    why
                 }
+                None if is_final(failure.code()) => {
+                    return Err(ClientError::Refused(readable(failure.message(), SHOWN)));
+                }
+                None => readable(failure.message(), SHOWN),
+            };
+            let silent = heard.last.elapsed();
+            if silent > self.give_up_after {
+                return Err(ClientError::GaveUp(silent, why));
+            }
+            tracing::debug!("{why}: again in {wait:?}");
+            self.follow();
+            if silent > said {
+                let left = self.give_up_after.saturating_sub(silent);
+                tracing::warn!(
+                    "the coordinator has not answered for {silent:.0?} ({why}): is it running at that address? trying for \
+                     another {left:.0?}"
+                );
+                // Ever more rarely: an hour's silence makes ten lines.
+                said = silent * 2;
             }
             tokio::time::sleep(jittered(wait)).await;
             wait = (wait * 2).min(LONGEST_WAIT);

@@ -1,6 +1,6 @@
 //! The heartbeat: a thread with a runtime and a connection of its own, so that no computation can hold it up.
 
-use crate::address::Address;
+use crate::address::Way;
 use crate::board::{Board, Mode, reached};
 use crate::client::{Client, ClientError, Introduction};
 use runout_proto::v1::heartbeat_reply::Order;
@@ -14,7 +14,7 @@ use std::time::Duration;
 /// # Errors
 /// The system refuses a thread or a runtime.
 pub fn start(
-    address: Address,
+    way: Way,
     url: String,
     introduction: Introduction,
     give_up_after: Duration,
@@ -23,7 +23,7 @@ pub fn start(
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     thread::Builder::new().name("heartbeat".to_owned()).spawn(move || {
         let beaten = runtime.block_on(async {
-            let client = Client::new(address, &url, introduction, give_up_after)?;
+            let client = Client::new(way, &url, introduction, give_up_after)?;
             beat(&client, &board).await
         });
         if let Err(error) = beaten {

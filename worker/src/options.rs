@@ -1,10 +1,13 @@
 //! The command line, and what becomes of it.
 
-use crate::address::Address;
+use crate::address::{Address, Way};
+use crate::client::ClientError;
 use clap::Parser;
 use runout_proto::logging::LogFormat;
+use runout_proto::tls::{self, Credentials, Role};
 use std::num::NonZeroU16;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 const AFTER_HELP: &str = "\
@@ -17,12 +20,15 @@ a build of the solver's kernels (baseline, avx2, avx512).
 #[derive(Debug, Clone, Parser)]
 #[command(name = "runout-worker", version, after_help = AFTER_HELP)]
 pub struct Options {
-    /// The coordinator's address, for example http://127.0.0.1:7421
+    /// The coordinator's address, for example http://127.0.0.1:7421 or https://host:7421
     #[arg(long, value_name = "URL", required_unless_present = "run_directory")]
     pub coordinator: Option<String>,
     /// Take the address from coordinator.addr in this run directory, wait for it, and follow it when it changes
     #[arg(long, value_name = "DIR", conflicts_with = "coordinator")]
     pub run_directory: Option<PathBuf>,
+    /// Directory with certificates for https://, made by `runout tls init`; ca.pem, worker.pem and worker.key are needed
+    #[arg(long, value_name = "DIR", env = tls::VARIABLE, hide_env_values = true)]
+    pub tls: Option<PathBuf>,
     /// Realisations at a time, one thread each [default: the cores that affinity and cgroup leave to this process]
     #[arg(long, value_name = "N")]
     pub slots: Option<NonZeroU16>,
@@ -57,12 +63,19 @@ pub struct Options {
 }
 
 impl Options {
-    /// Where the coordinator is.
-    pub fn address(&self) -> Address {
-        match (&self.run_directory, &self.coordinator) {
+    /// The way to the coordinator.
+    ///
+    /// # Errors
+    /// Certificates that are missing or cannot be used.
+    pub fn way(&self) -> Result<Way, ClientError> {
+        // An empty variable means none.
+        let folder = self.tls.as_ref().filter(|folder| !folder.as_os_str().is_empty());
+        let credentials = folder.map(|folder| Credentials::load(folder, Role::Worker)).transpose()?;
+        let address = match (&self.run_directory, &self.coordinator) {
             (Some(path), _) => Address::RunDirectory(path.clone()),
             (None, url) => Address::Fixed(url.clone().unwrap_or_default()),
-        }
+        };
+        Ok(Way { address, credentials: credentials.map(Arc::new) })
     }
 
     /// Number of slots.

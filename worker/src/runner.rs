@@ -99,20 +99,20 @@ pub async fn run(
     build: String,
     mut interrupts: watch::Receiver<u32>,
 ) -> Result<(), WorkerError> {
+    let way = options.way()?;
     let kernel = identity::kernel()?;
     let fingerprint = identity::fingerprint(kernel);
     let introduction = Introduction { name: options.name(), slots: options.slots(), build, fingerprint };
     let leave = Leave::new(options.leave_after, options.idle_leave, options.grace);
-    let address = options.address();
     let url = tokio::select! {
-        url = address.wait(options.give_up_after) => url,
+        url = way.address.wait(options.give_up_after) => url,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
     };
     let url = url.ok_or_else(|| ClientError::NoAddress {
         path: options.run_directory.clone().unwrap_or_default(),
         waited: options.give_up_after,
     })?;
-    let client = Client::new(address.clone(), &url, introduction.clone(), options.give_up_after)?;
+    let client = Client::new(way.clone(), &url, introduction.clone(), options.give_up_after)?;
     let registration = tokio::select! {
         registration = client.register(Vec::new()) => registration?,
         _ = interrupts.wait_for(|n| *n > 0) => return Ok(()),
@@ -124,7 +124,7 @@ pub async fn run(
     tracing::info!(worker = name, slots, "registered with {url} as {name}, {slots} slots");
     let board = Arc::new(Board::new(registration));
     let beating =
-        heartbeat::start(address, url, introduction.clone(), options.give_up_after, Arc::clone(&board))?;
+        heartbeat::start(way, url.clone(), introduction.clone(), options.give_up_after, Arc::clone(&board))?;
     let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;

@@ -2,8 +2,10 @@
 
 mod analysis;
 mod bench;
+pub mod cancel;
 mod check;
 mod completions;
+mod connect;
 mod explain;
 mod field;
 mod fit;
@@ -22,6 +24,7 @@ pub mod showing;
 mod simulate;
 pub mod status;
 mod submit;
+pub mod tls;
 mod validate;
 mod verify;
 mod workers;
@@ -46,7 +49,8 @@ const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 failed, 2 bad usage or bad input, 3 stopped at the maximum number of realisations \
 without convergence, 130 interrupted (resumable).
 Environment: RUST_LOG sets what is logged (error, warn, info, debug), NO_COLOR turns colours off, \
-RUNOUT_KERNEL forces a build of the solver's kernels (baseline, avx2, avx512).";
+RUNOUT_KERNEL forces a build of the solver's kernels (baseline, avx2, avx512), RUNOUT_TLS names a directory with \
+certificates as --tls does.";
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -89,6 +93,11 @@ pub enum Command {
     Submit(submit::SubmitArgs),
     /// Show where a campaign stands
     Status(status::StatusArgs),
+    /// End a running campaign in good order; its run directory can be resumed
+    Cancel(cancel::CancelArgs),
+    /// Make and show certificates for coordinator, workers and operators
+    #[command(subcommand)]
+    Tls(tls::TlsCommand),
     /// Print every outcome of a run directory, in index order, or write it as Parquet
     Results(results::ResultsArguments),
     /// Write report.html, self-contained, and its figures into a run directory
@@ -186,6 +195,8 @@ pub fn execute(command: Command) -> Result<u8, Failure> {
         Command::Serve(arguments) => return serve::main(&arguments),
         Command::Submit(arguments) => submit::submit(&arguments),
         Command::Status(arguments) => return status::main(&arguments),
+        Command::Cancel(arguments) => cancel::main(&arguments),
+        Command::Tls(command) => tls::main(&command),
         Command::Results(arguments) => results::results(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Replay(arguments) => replay::replay(&arguments),

@@ -2,14 +2,16 @@
 
 use super::serve::{Tuning, finish};
 use super::showing::Showing;
+use super::tls::TlsArgument;
 use super::{Failure, runtime, showing};
+use crate::listen::{Access, Listener};
 use crate::load;
-use crate::local::{self, WorkerCommand};
+use crate::local::{self, Crew};
 use crate::serve::{self, ServeError};
 use clap::Args;
 use std::net::SocketAddr;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tokio::sync::watch;
 
@@ -27,6 +29,9 @@ pub struct RunArgs {
     /// Address on which the workers find the coordinator
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:0")]
     pub listen: SocketAddr,
+    /// Encrypt, and let in only who has a certificate; needed where other machines can connect
+    #[command(flatten)]
+    pub tls: TlsArgument,
     /// The worker program, if it is not beside this one
     #[arg(long, value_name = "FILE")]
     pub worker_program: Option<PathBuf>,
@@ -53,20 +58,26 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
     runtime()?.block_on(async {
         let options = args.tuning.options();
         let interrupts = serve::interruptions().map_err(ServeError::from)?;
-        // Workers of this machine only: anything beyond loopback is for `runout serve`.
-        let listener = serve::listen(args.listen, false).await?;
+        let tls = args.tls.folder().map(Path::to_owned);
+        // Workers of this machine only: anything beyond loopback is for `runout serve`, or protected.
+        let access = Access { tls: tls.clone(), ..Access::default() };
+        let listener = Listener::bind(args.listen, &access).await.map_err(ServeError::from)?;
         let page = args.showing.listen(&args.out, false).await?;
         let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);
         }
         coordinator.page = showing::start(page, &coordinator, &args.out)?;
-        let url = format!("http://{}", listener.local_addr().map_err(ServeError::from)?);
+        let crew = Crew {
+            program,
+            url: listener.local_url().to_owned(),
+            spool: coordinator.directory.spool(),
+            tls,
+            log_format: args.showing.log_format,
+        };
         let (stop, stopped) = watch::channel(false);
         let shared = Arc::downgrade(&coordinator.shared);
-        let spool = coordinator.directory.spool();
-        let command = WorkerCommand { program, url, spool, log_format: args.showing.log_format };
-        let mut workers = tokio::spawn(local::keep_running(command, count, shared, stopped));
+        let mut workers = tokio::spawn(local::keep_running(crew, count, shared, stopped));
 
         let serving = serve::serve(listener, coordinator, &options, interrupts);
         tokio::pin!(serving);

@@ -1,7 +1,9 @@
 //! `runout serve`: the coordinator only; workers come from elsewhere.
 
 use super::showing::{self, Showing};
+use super::tls::TlsArgument;
 use super::{Failure, print, print_json, runtime, say, seconds};
+use crate::listen::{Access, Advertised, Listener};
 use crate::load;
 use crate::serve::{self, Options, ServeError};
 use crate::status::Status;
@@ -21,6 +23,13 @@ pub struct ServeArgs {
     /// Address to listen on; port 0 takes a free one (it is written to coordinator.addr)
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:7421")]
     pub listen: SocketAddr,
+    /// Address for others, written to coordinator.addr: where it is not the one listened on [default: the address
+    /// listened on, or this machine's name where that is every interface]
+    #[arg(long, value_name = "HOST[:PORT]")]
+    pub advertise: Option<Advertised>,
+    /// Encrypt, and let in only who has a certificate
+    #[command(flatten)]
+    pub tls: TlsArgument,
     /// Listen where other machines can connect, without encryption or authentication
     #[arg(long)]
     pub insecure: bool,
@@ -66,14 +75,16 @@ pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
     runtime()?.block_on(async {
         let options = args.tuning.options();
         let interrupts = serve::interruptions().map_err(ServeError::from)?;
-        let listener = serve::listen(args.listen, args.insecure).await?;
+        let tls = args.tls.folder().map(Path::to_owned);
+        let access = Access { tls, insecure: args.insecure, advertise: args.advertise.clone() };
+        let listener = Listener::bind(args.listen, &access).await.map_err(ServeError::from)?;
         let page = args.showing.listen(&args.out, args.insecure).await?;
         let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);
         }
         coordinator.page = showing::start(page, &coordinator, &args.out)?;
-        say(&format!("listening on http://{}\n", listener.local_addr().map_err(ServeError::from)?));
+        say(&format!("listening on {}\n", listener.url()));
         let status = serve::serve(listener, coordinator, &options, interrupts).await?;
         finish(&status, &args.out, args.json)
     })

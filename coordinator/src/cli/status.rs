@@ -1,20 +1,20 @@
 //! `runout status`: where a campaign stands, from its coordinator or from its run directory.
 
+use super::connect::{AskError, connect, connect_as_announced, is_url};
+use super::tls::TlsArgument;
 use super::{DONE, Failure, print, print_json, print_while_read, runtime, seconds};
 use crate::run_directory;
 use crate::status::{self, State, Status};
-use anyhow::Context;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use runout_proto::check::Check;
 use runout_proto::v1::StatusRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::time::{Duration, Instant};
-use tonic::transport::Endpoint;
+use tonic::transport::Channel;
 
-/// How long a coordinator may take to answer.
-const ANSWER_LIMIT: Duration = Duration::from_secs(5);
 /// A coordinator that was there may be silent for this long before a watcher gives up: it is being restarted.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -33,6 +33,9 @@ pub struct StatusArgs {
     /// With --watch: time between two looks
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds, requires = "watch")]
     pub every: Duration,
+    /// Certificates for https://
+    #[command(flatten)]
+    pub tls: TlsArgument,
 }
 
 /// Runs the command; returns the exit code: with `--watch` that of the campaign's end.
@@ -44,7 +47,7 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
         if args.watch {
             return watch(args).await;
         }
-        let status = look(&args.target).await?;
+        let status = look(args).await?;
         if args.json {
             print_json(&status)?
         } else {
@@ -59,7 +62,7 @@ async fn watch(args: &StatusArgs) -> Result<u8, Failure> {
     let mut screen = Screen::new(args.json);
     let mut heard: Option<Instant> = None;
     loop {
-        match look(&args.target).await {
+        match look(args).await {
             Ok(status) => {
                 heard = Some(Instant::now());
                 let read = screen.show(&status)?;
@@ -135,28 +138,39 @@ impl Screen {
     }
 }
 
-async fn look(target: &str) -> Result<Status, Failure> {
-    if target.starts_with("http://") || target.starts_with("https://") {
-        let advice = "it takes the address in coordinator.addr, not that of the live page; without a coordinator name the \
-                      run directory";
-        return Ok(ask(target)
-            .await
-            .with_context(|| format!("{target}: no coordinator answers ({advice})"))?);
+async fn look(args: &StatusArgs) -> Result<Status, Failure> {
+    let (target, tls) = (args.target.as_str(), args.tls.folder());
+    let failed = |error: AskError| match error {
+        AskError::Away(_) => Failure::Work(format!(
+            "{target}: {error}; the address is the one in coordinator.addr, not that of the live page; without a coordinator \
+             name the run directory"
+        )),
+        _ => Failure::Input(format!("{target}: {error}")),
+    };
+    if is_url(target) {
+        return ask(connect(target, tls).await.map_err(failed)?).await.map_err(failed);
     }
     let path = Path::new(target);
     let frame = run_directory::read_frame(path).map_err(|e| Failure::Input(e.to_string()))?;
-    if let Some(url) = frame.address
-        && let Ok(status) = ask(&url).await
-        && status.digest == frame.spec.digest()
-    {
-        return Ok(status);
+    if let Some(url) = frame.address {
+        let asked = match connect_as_announced(&url, tls).await {
+            Ok(client) => ask(client).await,
+            Err(error) => Err(error),
+        };
+        match asked {
+            Ok(status) if status.digest == frame.spec.digest() => return Ok(status),
+            // Another coordinator listens there now, or none: the files tell.
+            Ok(_) | Err(AskError::Away(_)) => {}
+            // Somebody is at work, and the files would say that nobody is.
+            Err(error) => return Err(failed(error)),
+        }
     }
     Ok(status::of_directory(path)?)
 }
 
-async fn ask(url: &str) -> anyhow::Result<Status> {
-    let endpoint = Endpoint::from_shared(url.to_owned())?.connect_timeout(ANSWER_LIMIT).timeout(ANSWER_LIMIT);
-    let mut client = CoordinatorClient::new(endpoint.connect().await?);
+async fn ask(mut client: CoordinatorClient<Channel>) -> Result<Status, AskError> {
     let reply = client.status(StatusRequest {}).await?.into_inner();
-    Ok(serde_json::from_str(&reply.json)?)
+    let not_understood = |why: String| AskError::Refused(format!("its answer cannot be understood: {why}"));
+    reply.check().map_err(|e| not_understood(e.to_string()))?;
+    Status::from_peer(&reply.json).map_err(|e| not_understood(e.to_string()))
 }

@@ -14,6 +14,7 @@ use runout_core::campaign::{Campaign, StopRule};
 use runout_core::estimate::rule::Requirement;
 use runout_core::estimate::{Decision, Estimate, Estimator};
 use runout_core::outcome::Outcome;
+use runout_proto::convert::readable;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Duration;
@@ -156,6 +157,24 @@ pub struct RunningStatus {
     pub steps: u64,
     /// Simulated time, s.
     pub simulated_s: f64,
+}
+
+impl Status {
+    /// The status that a coordinator sent as JSON; its texts cannot do anything in a terminal.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn from_peer(json: &str) -> Result<Status, serde_json::Error> {
+        /// Longest text shown, characters.
+        const SHOWN: usize = 500;
+        let mut status: Status = serde_json::from_str(json)?;
+        let texts = [&mut status.campaign, &mut status.digest];
+        let names = status.workers.iter_mut().map(|worker| &mut worker.name);
+        for text in texts.into_iter().chain(names).chain(&mut status.damage) {
+            *text = readable(text, SHOWN);
+        }
+        Ok(status)
+    }
 }
 
 /// Status of a running coordinator.

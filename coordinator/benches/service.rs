@@ -55,7 +55,9 @@ fn leases_and_reports(criterion: &mut Criterion) {
 fn pairs(workers: usize, rounds: u64) -> Duration {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (store, contents) = Store::open(folder.path()).expect("a new store");
-    let campaign = quick().campaign;
+    let mut campaign = quick().campaign;
+    // However many pairs are asked for, the campaign does not end.
+    campaign.stop.maximum_realisations = u64::MAX;
     let estimator = Estimator::new(&campaign.stop, &campaign.model.sample, &campaign.run);
     let mut engine = Engine::new(Settings::new(campaign.seed, 0.0, u64::MAX), estimator, &contents, 1);
     let ids: Vec<WorkerId> =

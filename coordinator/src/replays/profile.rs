@@ -80,8 +80,8 @@ impl Recorder {
 
     fn take(&mut self, [x, y]: [&[f64]; 2], [vx, vy]: [&[f64]; 2], volume: &[f64]) {
         let mut sums = vec![[0.0; 3]; self.stations.count];
-        for i in 0..x.len() {
-            let Some(column) = self.stations.column(x[i], y[i]) else { continue };
+        for (i, (x, y)) in x.iter().zip(y).enumerate() {
+            let Some(column) = self.stations.column(*x, *y) else { continue };
             let part = [volume[i], volume[i] * vx[i], volume[i] * vy[i]];
             sums[column].iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
         }

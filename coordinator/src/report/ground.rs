@@ -23,11 +23,12 @@ pub(super) fn hazard(material: &Material<'_>, found: &Findings, figures: &[Figur
         "Along the ground in front of the toe: whether the slope fails or not for being reached, given failure for depths and speeds",
         &along(analysis, found.hazard.as_ref()),
     ));
+    html.push_str(&pair(figures, &["hazard-crest"]));
     html.push_str(&captioned("Behind the crest's edge, whether the slope fails or not", &behind(analysis)));
     html.push_str(&paragraph(format!(
-        "A place is reached if the slope fails and the contiguous front of the slide goes beyond it, and lost if the slope fails and \
-         the ground there moved more than {} m: both are counted over every realisation, stable ones included, failed analyses left out. Material that is thrown or \
-         rolls ahead of the front is not counted. Places beyond the longest slide of this campaign are not safe: they are where \
+        "A place is reached if the slope fails and the contiguous front of the slide goes beyond it, and lost if \
+         the slope fails and the ground there moved more than {} m: both are counted over every realisation, stable ones \
+         included, failed analyses left out. Material that is thrown or rolls ahead of the front is not counted. Places beyond the longest slide of this campaign are not safe: they are where \
          the interval's upper end speaks.",
         metres(material.campaign.model.sample.threshold_m)
     )));

@@ -97,8 +97,8 @@ fn head(reader: &mut impl BufRead) -> std::io::Result<Head> {
     loop {
         line.clear();
         reader.read_line(&mut line)?;
-        match line.trim_end().split_once(": ") {
-            Some((name, value)) => headers.push((name.to_lowercase(), value.to_owned())),
+        match line.trim_end().split_once(':') {
+            Some((name, value)) => headers.push((name.to_lowercase(), value.trim().to_owned())),
             None => return Ok((status, headers)),
         }
     }

@@ -237,7 +237,8 @@ const LIKE: f64 = 0.85;
 fn nearest(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_string_lossy();
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let names = std::fs::read_dir(folder).ok()?.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let names =
+        std::fs::read_dir(folder).ok()?.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
     names
         .map(|other| (strsim::jaro_winkler(&name, &other), other))
         .filter(|(likeness, _)| *likeness > LIKE)

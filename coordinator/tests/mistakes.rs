@@ -58,7 +58,10 @@ fn the_answers_are_those_of_the_page_on_errors() {
     meets(&["check", "mine/key.toml"], "did you mean `porosity`?");
     meets(&["fit", "mine/few.toml"], "at least 5 are needed");
     meets(&["fit", "mine/semicolons.toml"], "columns must be separated by commas");
-    meets(&["run", "mine/campaign.toml", "--out", "out", "--worker-program", "nowhere"], "the worker program is not there");
+    meets(
+        &["run", "mine/campaign.toml", "--out", "out", "--worker-program", "nowhere"],
+        "the worker program is not there",
+    );
     meets(&[&serve[..], &["--listen", &port]].concat(), "another coordinator may be there");
     let page_taken = ["--listen", "127.0.0.1:0", "--page", &port];
     meets(&[&serve[..], &page_taken].concat(), "take another port (0 for any free one), or --no-page");

@@ -15,7 +15,8 @@ fn root() -> PathBuf {
 
 /// Campaign files that are sound: those of the repository and the good inputs of the tests.
 fn campaigns() -> Vec<PathBuf> {
-    let folders = ["elkhorn-river", "salt-creek", "quick", "layered-slope", "readings"].map(|f| root().join("campaigns").join(f));
+    let folders = ["elkhorn-river", "salt-creek", "quick", "layered-slope", "readings"]
+        .map(|f| root().join("campaigns").join(f));
     let inputs = root().join("coordinator/tests/inputs/good");
     let mut files: Vec<PathBuf> = folders
         .iter()
@@ -192,7 +193,12 @@ fn what_is_beyond_a_range_is_refused_and_the_key_named() {
                     tables(&mut base, section)[0].insert(key.name.to_owned(), value.clone());
                     match parsed(&base) {
                         Err(CampaignError::Value { key: named, .. }) => {
-                            assert!(named.contains(key.name), "{} {} = {value}: {named}", section.header, key.name)
+                            assert!(
+                                named.contains(key.name),
+                                "{} {} = {value}: {named}",
+                                section.header,
+                                key.name
+                            )
                         }
                         other => panic!("{} {} = {value}: {other:?}", section.header, key.name),
                     }
@@ -219,7 +225,11 @@ fn the_ends_that_a_range_includes_are_taken() {
                     // Something else may be wrong with it then: a foundation that ends above the ground, say.
                     if let Err(CampaignError::Value { allowed, .. }) = parsed(&base) {
                         let by_range = ["it must be 0 or greater", "it must be from", "it must be in"];
-                        assert!(!by_range.iter().any(|words| allowed.starts_with(words)), "{}: {allowed}", key.name);
+                        assert!(
+                            !by_range.iter().any(|words| allowed.starts_with(words)),
+                            "{}: {allowed}",
+                            key.name
+                        );
                     }
                 }
             }
@@ -313,9 +323,11 @@ fn faults(root: &Value, schema: &Value, value: &Value, at: &str) -> Vec<String> 
                 });
                 true
             }
-            "propertyNames" => {
-                value.as_object().into_iter().flatten().all(|(name, _)| faults(root, rule, &name.as_str().into(), at).is_empty())
-            }
+            "propertyNames" => value
+                .as_object()
+                .into_iter()
+                .flatten()
+                .all(|(name, _)| faults(root, rule, &name.as_str().into(), at).is_empty()),
             "additionalProperties" => {
                 for (name, value) in value.as_object().into_iter().flatten() {
                     let place = format!("{at}/{name}");
@@ -361,7 +373,8 @@ fn every_number_has_a_unit_and_every_key_a_meaning() {
 #[test]
 fn the_command_prints_both() {
     let printed = |more: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_runout")).arg("schema").args(more).output().expect("it starts");
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_runout")).arg("schema").args(more).output().expect("it starts");
         assert!(output.status.success());
         String::from_utf8(output.stdout).expect("text")
     };

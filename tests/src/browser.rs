@@ -48,8 +48,12 @@ impl Browser {
             let rest = text.split("successfully on port ").nth(1)?;
             Some(rest.split('.').next()?.trim().to_owned())
         });
-        let mut browser =
-            Browser { driver, url: format!("http://127.0.0.1:{port}"), session: String::new(), _folder: folder };
+        let mut browser = Browser {
+            driver,
+            url: format!("http://127.0.0.1:{port}"),
+            session: String::new(),
+            _folder: folder,
+        };
         // The sandbox needs rights that containers and CI do not give; the pages are our own.
         let options = json!({ "args": [
             "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,900",

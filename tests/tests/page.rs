@@ -49,7 +49,9 @@ fn it_is_renewed_without_being_loaded_again_and_survives_a_killed_coordinator() 
     browser.wait_for_text("#state", |text| text == "running");
     browser.wait_for_text("#workers", |text| text.contains("first"));
     browser.wait_for_text("#failures", |text| text.contains("non-finite"));
-    wait_for("a curve", || browser.run("return !!document.querySelector('#exceedance svg')").as_bool().filter(|b| *b));
+    wait_for("a curve", || {
+        browser.run("return !!document.querySelector('#exceedance svg')").as_bool().filter(|b| *b)
+    });
     let title = browser.run("return document.title");
     assert!(title.as_str().is_some_and(|t| t.ends_with("% coarse")), "{title}");
 
@@ -57,7 +59,8 @@ fn it_is_renewed_without_being_loaded_again_and_survives_a_killed_coordinator() 
     browser.wait_for_text("#connection", |text| text.starts_with("no connection since"));
     let before = done(&browser);
     let host = url.trim_start_matches("http://");
-    let _again = cluster.runout(&["serve", "campaign.toml", "--out", "out", "--listen", host, "--heartbeat", "0.25"]);
+    let _again =
+        cluster.runout(&["serve", "campaign.toml", "--out", "out", "--listen", host, "--heartbeat", "0.25"]);
     assert_eq!(page(&cluster), address);
     browser.wait_for_text("#connection", |text| text == "live");
     wait_for("more progress", || (done(&browser) > before + 10).then_some(()));
@@ -75,7 +78,8 @@ fn it_can_be_read_on_a_screen_and_on_a_phone_light_and_dark() {
     let Some(browser) = Browser::start("looks") else { return };
     let cluster = Cluster::new(&long());
     let (_coordinator, url) = cluster.serve("out", &[]);
-    let _workers = [work(&cluster, &url, "node-1.cluster.example"), work(&cluster, &url, "node-2.cluster.example")];
+    let _workers =
+        [work(&cluster, &url, "node-1.cluster.example"), work(&cluster, &url, "node-2.cluster.example")];
     browser.open(&page(&cluster));
     wait_for("progress", || (done(&browser) > 60).then_some(()));
     for (width, height) in [(1280, 900), (390, 844)] {

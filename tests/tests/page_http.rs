@@ -28,7 +28,11 @@ fn the_page_is_complete_and_tells_the_same_as_status() {
     let cluster = Cluster::new(&to_the_maximum());
     let (mut coordinator, url) = cluster.serve("out", &[]);
     let page = page(&cluster, &mut coordinator);
-    assert!(coordinator.errors().contains(&format!("live page: {}", page.trim())), "{}", coordinator.errors());
+    assert!(
+        coordinator.errors().contains(&format!("live page: {}", page.trim())),
+        "{}",
+        coordinator.errors()
+    );
     let slow = [("SYNTHETIC_MS", "300")];
     let _worker = cluster.worker(Path::new(SYNTHETIC), &url, &["--name", "w<1>"], &slow);
     wait_for("slides", || (get(&page, "/api/status").json()["samples"].as_u64() > Some(4)).then_some(()));
@@ -219,7 +223,8 @@ fn parse(text: &str) -> (Vec<Sample>, BTreeMap<String, String>) {
     }
     for sample in &samples {
         let end = ["_bucket", "_sum", "_count"].iter().find_map(|end| sample.name.strip_suffix(end));
-        let of = end.filter(|name| kinds.get(*name).is_some_and(|k| k == "histogram")).unwrap_or(&sample.name);
+        let of =
+            end.filter(|name| kinds.get(*name).is_some_and(|k| k == "histogram")).unwrap_or(&sample.name);
         assert!(kinds.contains_key(of), "{sample:?} was not announced");
     }
     (samples, kinds)
@@ -275,8 +280,11 @@ fn metrics_are_prometheus_text_and_agree_with_the_results() {
     assert_eq!(value("runout_worker_realisations_total", Some(("worker", "one"))), 59.0);
     assert_eq!(value("runout_reports_total", Some(("answer", "recorded"))), 59.0);
     assert!(value("runout_report_latency_seconds_sum", None) > 0.0);
-    let buckets: Vec<f64> =
-        samples.iter().filter(|s| s.name == "runout_report_latency_seconds_bucket").map(|s| s.value).collect();
+    let buckets: Vec<f64> = samples
+        .iter()
+        .filter(|s| s.name == "runout_report_latency_seconds_bucket")
+        .map(|s| s.value)
+        .collect();
     assert!(buckets.windows(2).all(|pair| pair[0] <= pair[1]), "{buckets:?}");
     let reports: f64 = samples.iter().filter(|s| s.name == "runout_reports_total").map(|s| s.value).sum();
     assert_eq!(buckets.last(), Some(&reports));

@@ -22,5 +22,7 @@ pub struct ManArguments {
 pub(super) fn man(args: &ManArguments) -> Result<(), Failure> {
     std::fs::create_dir_all(&args.dir)
         .and_then(|()| clap_mangen::generate_to(Arguments::command(), &args.dir))
-        .map_err(|error| Failure::Input(format!("{}: the manual pages cannot be written: {error}", args.dir.display())))
+        .map_err(|error| {
+            Failure::Input(format!("{}: the manual pages cannot be written: {error}", args.dir.display()))
+        })
 }

@@ -45,7 +45,11 @@ pub fn main(args: &StatusArgs) -> Result<u8, Failure> {
             return watch(args).await;
         }
         let status = look(&args.target).await?;
-        if args.json { print_json(&status)? } else { print(&status.text())? };
+        if args.json {
+            print_json(&status)?
+        } else {
+            print(&status.text())?
+        };
         Ok(DONE)
     })
 }
@@ -135,7 +139,9 @@ async fn look(target: &str) -> Result<Status, Failure> {
     if target.starts_with("http://") || target.starts_with("https://") {
         let advice = "it takes the address in coordinator.addr, not that of the live page; without a coordinator name the \
                       run directory";
-        return Ok(ask(target).await.with_context(|| format!("{target}: no coordinator answers ({advice})"))?);
+        return Ok(ask(target)
+            .await
+            .with_context(|| format!("{target}: no coordinator answers ({advice})"))?);
     }
     let path = Path::new(target);
     let view = run_directory::read(path).map_err(|e| Failure::Input(e.to_string()))?;

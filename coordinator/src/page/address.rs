@@ -64,10 +64,9 @@ pub async fn listen(place: Place, out: &Path) -> Result<Option<TcpListener>, Pag
         Place::At { address, insecure } if !address.ip().is_loopback() && !insecure => {
             Err(PageError::Insecure(address))
         }
-        Place::At { address, .. } => TcpListener::bind(address)
-            .await
-            .map(Some)
-            .map_err(|error| PageError::Listen { address, error }),
+        Place::At { address, .. } => {
+            TcpListener::bind(address).await.map(Some).map_err(|error| PageError::Listen { address, error })
+        }
         Place::Usual => {
             if let Some(before) = before(out)
                 && let Ok(listener) = TcpListener::bind(before).await
@@ -102,7 +101,8 @@ mod tests {
     #[tokio::test]
     async fn the_usual_place_is_the_one_before_where_it_is_free() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let usual = || async { listen(Place::Usual, folder.path()).await.expect("loopback").expect("a port") };
+        let usual =
+            || async { listen(Place::Usual, folder.path()).await.expect("loopback").expect("a port") };
         let first = usual().await;
         let address = first.local_addr().expect("an address");
         announce(folder.path(), address).expect("it can be written");
@@ -121,7 +121,9 @@ mod tests {
         let address = "0.0.0.0:0".parse().expect("an address");
         let refused = listen(Place::At { address, insecure: false }, folder.path()).await;
         assert!(matches!(refused, Err(PageError::Insecure(_))));
-        assert!(listen(Place::At { address, insecure: true }, folder.path()).await.is_ok_and(|l| l.is_some()));
+        assert!(
+            listen(Place::At { address, insecure: true }, folder.path()).await.is_ok_and(|l| l.is_some())
+        );
         assert!(listen(Place::Nowhere, folder.path()).await.is_ok_and(|l| l.is_none()));
     }
 }

@@ -48,9 +48,8 @@ pub(super) fn mean(curves: &Curves, confidence: f64) -> String {
     // The first samples' intervals are huge: the later nine tenths say what is shown.
     let settled = points.iter().skip(points.len() / 10);
     let ends = |p: &MeanPoint| p.interval_m.unwrap_or([p.mean_m; 2]);
-    let (low, high) = settled.fold((f64::MAX, f64::MIN), |(low, high), p| {
-        (low.min(ends(p)[0]), high.max(ends(p)[1]))
-    });
+    let (low, high) =
+        settled.fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(ends(p)[0]), high.max(ends(p)[1])));
     let margin = 0.08 * (high - low).max(1e-9);
     let interval = format!("{:.0} % interval", 100.0 * confidence);
     let line: Vec<(f64, f64)> = points.iter().map(|p| (p.samples as f64, p.mean_m)).collect();
@@ -86,11 +85,7 @@ fn nothing_yet() -> String {
 }
 
 /// The corners of a falling step function that is `start` before the first point.
-fn steps(
-    start: f64,
-    points: &[ExceedancePoint],
-    value: impl Fn(&ExceedancePoint) -> f64,
-) -> Vec<(f64, f64)> {
+fn steps(start: f64, points: &[ExceedancePoint], value: impl Fn(&ExceedancePoint) -> f64) -> Vec<(f64, f64)> {
     let mut corners = vec![(0.0, start)];
     let mut before = start;
     for point in points {

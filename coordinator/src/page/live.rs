@@ -95,8 +95,7 @@ impl Live {
         });
         let view = made.await.ok()?;
         let good_for = FRESH.max(started.elapsed() * SHARE);
-        *kept =
-            Some(Kept { view: Arc::clone(&view), made: Instant::now(), good_for, last: ended.is_some() });
+        *kept = Some(Kept { view: Arc::clone(&view), made: Instant::now(), good_for, last: ended.is_some() });
         Some(view)
     }
 }

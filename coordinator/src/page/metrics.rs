@@ -38,7 +38,8 @@ impl Text {
 
     /// A value of the metric that was begun.
     fn value(&mut self, name: &str, labels: Labels<'_>, value: f64) {
-        let labels: Vec<String> = labels.iter().map(|(key, value)| format!("{key}=\"{}\"", escaped(value))).collect();
+        let labels: Vec<String> =
+            labels.iter().map(|(key, value)| format!("{key}=\"{}\"", escaped(value))).collect();
         let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
         // Rust writes a number so that it reads back the same, as the format wants it.
         let _ = writeln!(self.0, "runout_{name}{labels} {value}");
@@ -113,7 +114,11 @@ fn progress(text: &mut Text, snapshot: &Snapshot) {
     text.if_known("remaining_seconds", "Likely time left.", status.eta_s);
     text.counter("conflicts_total", "Outcomes that contradict a recorded one.", status.conflicts);
     text.counter("audits_agreed_total", "Realisations run twice with the same bits.", status.audits_agreed);
-    text.gauge("audits_due", "Realisations chosen for a second run that is not done.", status.audits_due as f64);
+    text.gauge(
+        "audits_due",
+        "Realisations chosen for a second run that is not done.",
+        status.audits_due as f64,
+    );
 }
 
 fn estimates(text: &mut Text, status: &Status) {
@@ -136,19 +141,26 @@ fn estimates(text: &mut Text, status: &Status) {
 
 fn seen(text: &mut Text, tally: &Tally) {
     text.head("reports_total", "counter", "Reports of workers by answer, since the coordinator started.");
-    let answers =
-        [Answer::Recorded, Answer::Duplicate, Answer::Conflict, Answer::NotWanted, Answer::Refused];
+    let answers = [Answer::Recorded, Answer::Duplicate, Answer::Conflict, Answer::NotWanted, Answer::Refused];
     for answer in answers {
         let count = tally.reports.get(&answer).copied().unwrap_or(0);
         text.value("reports_total", &[("answer", answer.name())], count as f64);
     }
     text.counter("workers_refused_total", "Workers that were not registered.", tally.refused_workers);
-    text.counter("workers_lost_total", "Workers given up because they were silent or died.", tally.lost_workers);
+    text.counter(
+        "workers_lost_total",
+        "Workers given up because they were silent or died.",
+        tally.lost_workers,
+    );
     text.head("realisations_lost_total", "counter", "Attempts that ended without an outcome, by cause.");
     for (cause, count) in [("hung", tally.hung), ("broken", tally.broken)] {
         text.value("realisations_lost_total", &[("cause", cause)], count as f64);
     }
-    text.counter("realisations_poisoned_total", "Realisations that took several workers down.", tally.poisoned);
+    text.counter(
+        "realisations_poisoned_total",
+        "Realisations that took several workers down.",
+        tally.poisoned,
+    );
 }
 
 fn latency(text: &mut Text, tally: &Tally) {
@@ -179,7 +191,9 @@ fn workers(text: &mut Text, snapshot: &Snapshot) {
         }
     };
     let work = |place: usize| snapshot.tally.work.get(&workers[place].name).copied().unwrap_or_default();
-    each("worker_realisations_total", "counter", "Outcomes recorded from a worker.", &|i| work(i).outcomes as f64);
+    each("worker_realisations_total", "counter", "Outcomes recorded from a worker.", &|i| {
+        work(i).outcomes as f64
+    });
     let compute = "Wall time of the outcomes recorded from a worker.";
     each("worker_compute_seconds_total", "counter", compute, &|i| work(i).wall_s);
     each("worker_steps_total", "counter", "Time steps of these outcomes.", &|i| work(i).steps as f64);

@@ -149,7 +149,8 @@ async fn guard(State(site): State<Site>, request: Request, next: Next) -> Respon
         next.run(request).await
     } else {
         // A foreign site that makes its name point here would read the page otherwise (DNS rebinding).
-        (StatusCode::MISDIRECTED_REQUEST, "this page answers to localhost and its own address only\n").into_response()
+        (StatusCode::MISDIRECTED_REQUEST, "this page answers to localhost and its own address only\n")
+            .into_response()
     };
     let headers = response.headers_mut();
     let set = [
@@ -185,7 +186,8 @@ fn gone() -> Response {
 
 async fn page(State(site): State<Site>) -> Response {
     let Some(view) = site.live.view().await else { return gone() };
-    let mut html = PAGE.replace("<!--section-->", site.live.section()).replace("<!--build-->", &identity::build());
+    let mut html =
+        PAGE.replace("<!--section-->", site.live.section()).replace("<!--build-->", &identity::build());
     for part in &view.parts {
         html = html.replace(&format!("<!--{}-->", part.name), &part.html);
     }
@@ -208,7 +210,8 @@ async fn metrics_text(State(site): State<Site>) -> Response {
 async fn events(State(site): State<Site>, request: Request<Body>) -> Response {
     let Ok(permit) = Arc::clone(&site.streams).try_acquire_owned() else {
         let headers = [(header::RETRY_AFTER, "5")];
-        return (StatusCode::SERVICE_UNAVAILABLE, headers, "too many browsers look at this page\n").into_response();
+        return (StatusCode::SERVICE_UNAVAILABLE, headers, "too many browsers look at this page\n")
+            .into_response();
     };
     drop(request);
     let (sender, receiver) = mpsc::channel::<Result<Event, Infallible>>(1);
@@ -288,7 +291,14 @@ mod tests {
             assert!(is_meant_for(host, v4), "{host}");
         }
         assert!(is_meant_for("[::1]:80", v6) && is_meant_for("localhost:80", v6));
-        for host in ["evil.example", "evil.example:80", "localhost.evil.example", "127.0.0.1.evil.example", "", "10.0.0.1"] {
+        for host in [
+            "evil.example",
+            "evil.example:80",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example",
+            "",
+            "10.0.0.1",
+        ] {
             assert!(!is_meant_for(host, v4), "{host}");
         }
     }

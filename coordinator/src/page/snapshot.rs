@@ -167,7 +167,11 @@ mod tests {
         let tail = |n: usize| theirs[theirs.len() - n..].iter().map(|p| p.distance_m).collect::<Vec<_>>();
         let last: Vec<f64> = ours[ours.len() - TAIL_POINTS..].iter().map(|p| p.distance_m).collect();
         assert_eq!(last, tail(TAIL_POINTS));
-        assert!(ours.iter().all(|p| theirs.iter().any(|t| t.distance_m == p.distance_m && t.conditional == p.conditional)));
+        assert!(
+            ours.iter().all(|p| theirs
+                .iter()
+                .any(|t| t.distance_m == p.distance_m && t.conditional == p.conditional))
+        );
         assert!(mean(&samples, 0.95).len() <= CURVE_POINTS + 1);
     }
 }

@@ -8,24 +8,8 @@ pub(super) const PROPERTIES: &[&str] = &["cohesion_kpa", "friction_angle_deg", "
 
 /// Every section, in the file's order.
 pub const SECTIONS: &[Section] = &[
-    TOP,
-    SITE,
-    FIT,
-    MARGINAL,
-    COPULA,
-    FIELD,
-    SLOPE,
-    OBSTACLE,
-    MESH,
-    SOIL,
-    SOFTENING,
-    LAYER,
-    WATER,
-    ANALYSIS,
-    SAMPLE,
-    STOP,
-    EXCEEDANCE,
-    RUN,
+    TOP, SITE, FIT, MARGINAL, COPULA, FIELD, SLOPE, OBSTACLE, MESH, SOIL, SOFTENING, LAYER, WATER, ANALYSIS,
+    SAMPLE, STOP, EXCEEDANCE, RUN,
 ];
 
 pub(super) const fn needed(name: &'static str, kind: Kind, meaning: &'static str) -> Key {
@@ -66,7 +50,12 @@ const TOP: Section = Section {
         optional("obstacles", Kind::Tables("obstacles"), "there are none", "Rigid obstacles in the way."),
         needed("mesh", Kind::Table("mesh"), "Background grid and material points."),
         needed("soil", Kind::Table("soil"), "Material constants."),
-        optional("layers", Kind::Tables("layers"), "the ground is of one material", "Layers, from top to bottom."),
+        optional(
+            "layers",
+            Kind::Tables("layers"),
+            "the ground is of one material",
+            "Layers, from top to bottom.",
+        ),
         needed("water", Kind::Table("water"), "Pore water and free water."),
         needed("analysis", Kind::Table("analysis"), "Numerical analysis."),
         needed("sample", Kind::Table("sample"), "What counts as a sample of runout."),
@@ -132,10 +121,20 @@ const MARGINAL: Section = Section {
             Kind::Words(&["trunc-normal", "lognormal", "trunc-gumbel", "weibull"]),
             "Family, cut off at zero where it reaches below.",
         ),
-        optional("p", Kind::Number(ANY), "fitted, or from mean and sd", "First parameter of the paper's Table 1; with q."),
+        optional(
+            "p",
+            Kind::Number(ANY),
+            "fitted, or from mean and sd",
+            "First parameter of the paper's Table 1; with q.",
+        ),
         optional("q", Kind::Number(POSITIVE), "fitted, or from mean and sd", "Second parameter; with p."),
         optional("mean", Kind::Number(POSITIVE), "fitted, or given by p and q", "Mean; with sd."),
-        optional("sd", Kind::Number(POSITIVE), "fitted, or given by p and q", "Standard deviation; with mean."),
+        optional(
+            "sd",
+            Kind::Number(POSITIVE),
+            "fitted, or given by p and q",
+            "Standard deviation; with mean.",
+        ),
     ],
 };
 
@@ -149,7 +148,12 @@ const COPULA: Section = Section {
             Kind::Words(&["independent", "gaussian", "plackett", "frank", "no16", "student-t"]),
             "Family. plackett, frank and no16 join exactly two properties.",
         ),
-        optional("theta", Kind::Number(ANY), "fitted", "Parameter of plackett (greater than 0), frank or no16 (0 or greater)."),
+        optional(
+            "theta",
+            Kind::Number(ANY),
+            "fitted",
+            "Parameter of plackett (greater than 0), frank or no16 (0 or greater).",
+        ),
         optional(
             "correlation",
             Kind::Matrix,
@@ -186,7 +190,11 @@ const FIELD: Section = Section {
             Kind::Number(POSITIVE),
             "Scale of fluctuation along the bedding: over it a property varies little.",
         ),
-        needed("scale_of_fluctuation_vertical_m", Kind::Number(POSITIVE), "Scale of fluctuation across the bedding."),
+        needed(
+            "scale_of_fluctuation_vertical_m",
+            Kind::Number(POSITIVE),
+            "Scale of fluctuation across the bedding.",
+        ),
         needed(
             "rotation_deg",
             Kind::Number(between(-90.0, 90.0)),
@@ -204,8 +212,18 @@ const SLOPE: Section = Section {
     meaning: "Geometry: either height, angle and crest width, or a surveyed profile with the positions of toe and crest.",
     keys: &[
         optional("height_m", Kind::Number(POSITIVE), "a profile gives it", "Height from toe to crest."),
-        optional("angle_deg", Kind::Number(between(1.0, 90.0)), "a profile gives it", "Slope angle above the horizontal."),
-        optional("crest_width_m", Kind::Number(POSITIVE), "a profile gives it", "Width of the crest behind the edge."),
+        optional(
+            "angle_deg",
+            Kind::Number(between(1.0, 90.0)),
+            "a profile gives it",
+            "Slope angle above the horizontal.",
+        ),
+        optional(
+            "crest_width_m",
+            Kind::Number(POSITIVE),
+            "a profile gives it",
+            "Width of the crest behind the edge.",
+        ),
         optional(
             "profile",
             Kind::Text,
@@ -252,7 +270,11 @@ const OBSTACLE: Section = Section {
     keys: &[
         needed("x_m", Kind::Pair, "Smallest and largest x, at least a cell apart."),
         needed("y_m", Kind::Pair, "Smallest and largest y, at least a cell apart."),
-        needed("contact", CONTACT, "How its sides hold what touches them; friction is a Coulomb coefficient."),
+        needed(
+            "contact",
+            CONTACT,
+            "How its sides hold what touches them; friction is a Coulomb coefficient.",
+        ),
     ],
 };
 
@@ -322,9 +344,21 @@ const SOFTENING: Section = Section {
     meaning: "From peak to residual as exp(-d / displacement_m) with the shear displacement d across a band one cell wide, so \
               that the energy that a band takes does not hang on the cell's size.",
     keys: &[
-        needed("residual_cohesion_ratio", Kind::Number(between(0.0, 1.0)), "Residual over peak cohesion; 1 does not soften."),
-        needed("residual_friction_ratio", Kind::Number(between(0.0, 1.0)), "Residual over peak friction angle."),
-        needed("residual_dilation_ratio", Kind::Number(between(0.0, 1.0)), "Residual over peak dilation angle."),
+        needed(
+            "residual_cohesion_ratio",
+            Kind::Number(between(0.0, 1.0)),
+            "Residual over peak cohesion; 1 does not soften.",
+        ),
+        needed(
+            "residual_friction_ratio",
+            Kind::Number(between(0.0, 1.0)),
+            "Residual over peak friction angle.",
+        ),
+        needed(
+            "residual_dilation_ratio",
+            Kind::Number(between(0.0, 1.0)),
+            "Residual over peak dilation angle.",
+        ),
         needed(
             "displacement_m",
             Kind::Number(POSITIVE),
@@ -525,7 +559,11 @@ const RUN: Section = Section {
     header: "[run]",
     meaning: "Limits and behaviour of the run. Only maximum_steps can move an outcome.",
     keys: &[
-        needed("maximum_steps", Kind::Whole(1, u64::MAX), "Most time steps of one realisation's failure stage."),
+        needed(
+            "maximum_steps",
+            Kind::Whole(1, u64::MAX),
+            "Most time steps of one realisation's failure stage.",
+        ),
         needed(
             "on_failure",
             Kind::Words(&["exclude", "abort"]),

@@ -125,7 +125,7 @@ impl Events {
     }
 
     /// The next event, as its name and its data; nothing at the end of the stream.
-    pub fn next(&mut self) -> Option<(String, String)> {
+    pub fn take(&mut self) -> Option<(String, String)> {
         let (mut name, mut data, mut line) = (String::new(), String::new(), String::new());
         loop {
             line.clear();

@@ -98,8 +98,8 @@ fn head(reader: &mut impl BufRead) -> std::io::Result<Head> {
     loop {
         line.clear();
         reader.read_line(&mut line)?;
-        match line.trim_end().split_once(": ") {
-            Some((name, value)) => headers.push((name.to_lowercase(), value.to_owned())),
+        match line.trim_end().split_once(':') {
+            Some((name, value)) => headers.push((name.to_lowercase(), value.trim().to_owned())),
             None => return Ok((status, headers)),
         }
     }
@@ -125,7 +125,7 @@ impl Events {
     }
 
     /// The next event, as its name and its data; nothing at the end of the stream.
-    pub fn next(&mut self) -> Option<(String, String)> {
+    pub fn take(&mut self) -> Option<(String, String)> {
         let (mut name, mut data, mut line) = (String::new(), String::new(), String::new());
         loop {
             line.clear();

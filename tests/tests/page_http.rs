@@ -107,16 +107,16 @@ fn events_bring_what_is_new_until_the_end() {
     let (mut coordinator, url) = cluster.serve("out", &[]);
     let page = page(&cluster, &mut coordinator);
     let mut events = Events::open(&page, "/events").expect("an answer");
-    assert_eq!(events.next().map(|(name, _)| name).as_deref(), Some("hello"));
+    assert_eq!(events.take().map(|(name, _)| name).as_deref(), Some("hello"));
     let parts = |data: &str| -> BTreeMap<String, String> { serde_json::from_str(data).expect("parts") };
-    let (name, data) = events.next().expect("the first state");
+    let (name, data) = events.take().expect("the first state");
     assert_eq!(name, "parts");
     assert!(parts(&data)["progress"].contains(">0 of at most 60 realisations<"), "{data}");
 
     let mut worker = cluster.worker(Path::new(SYNTHETIC), &url, &[], &[("SYNTHETIC_MS", "80")]);
     let (mut progress, mut last) = (Vec::new(), BTreeMap::new());
     loop {
-        match events.next() {
+        match events.take() {
             Some((name, data)) if name == "parts" => {
                 let news = parts(&data);
                 progress.extend(news.get("progress").cloned());
@@ -134,7 +134,7 @@ fn events_bring_what_is_new_until_the_end() {
     assert!(progress.windows(2).all(|pair| pair[0] != pair[1]), "{progress:?}");
     assert!(last["progress"].contains("60 realisations"), "{}", last["progress"]);
     assert!(last["state"].contains("not converged") && last["title"].contains("maximum"), "{last:?}");
-    assert_eq!(events.next(), None);
+    assert_eq!(events.take(), None);
     assert_eq!((coordinator.exit_code(), worker.exit_code()), (3, 0));
 }
 

@@ -102,7 +102,7 @@ fn exceedance(samples_m: &[f64], stable: u64, confidence: f64) -> Vec<Exceedance
     sorted.sort_by(f64::total_cmp);
     let samples = sorted.len();
     let every = samples.div_ceil(CURVE_POINTS).max(1);
-    let shown = |place: &usize| place % every == 0 || place + TAIL_POINTS >= samples;
+    let shown = |place: &usize| place.is_multiple_of(every) || place + TAIL_POINTS >= samples;
     let mut points: Vec<ExceedancePoint> = Vec::new();
     for place in (0..samples).filter(shown) {
         let distance_m = sorted[place];
@@ -129,7 +129,7 @@ fn mean(samples_m: &[f64], confidence: f64) -> Vec<MeanPoint> {
     let mut points = Vec::new();
     for (place, &sample) in samples_m.iter().enumerate() {
         moments.push(sample);
-        if (place + 1) % every == 0 || place + 1 == samples_m.len() {
+        if (place + 1).is_multiple_of(every) || place + 1 == samples_m.len() {
             let interval_m = interval::mean(&moments, confidence);
             points.extend(moments.mean().map(|mean_m| MeanPoint {
                 samples: moments.count(),

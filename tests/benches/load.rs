@@ -13,8 +13,7 @@ use runout_proto::identity;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::lease_reply::Kind;
 use runout_proto::v1::{
-    Energy, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseRequest, Measures, Outcome, RegisterRequest,
-    ReportRequest, outcome,
+    Energy, HeartbeatRequest, LeaseRequest, Measures, Outcome, RegisterRequest, ReportRequest, outcome,
 };
 use runout_tests::{COARSE, Cluster, Process, recorded};
 use std::path::Path;
@@ -23,10 +22,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tonic::transport::{Channel, Endpoint};
+use tonic::{Code, Status};
 
 const SYNTHETIC: &str = env!("CARGO_BIN_EXE_synthetic-worker");
 /// Time over which rates are counted.
 const COUNTED: Duration = Duration::from_secs(10);
+/// Time between a simulated worker's heartbeats.
+const HEARTBEAT: Duration = Duration::from_secs(5);
 /// Time of a synthetic job for the efficiency, ms, and jobs per worker.
 const JOB_MS: u64 = 50;
 const JOBS_PER_WORKER: u64 = 100;
@@ -61,14 +63,16 @@ fn pin(process: u32, core: u32) {
 }
 
 /// Processor time that a process has used, s.
-fn processor_s(process: &Process) -> f64 {
-    let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).expect("it runs");
+fn processor_s(process: u32) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).expect("it runs");
     let fields: Vec<&str> = stat.rsplit(')').next().expect("a name").split_whitespace().collect();
     let ticks: f64 = fields[11..13].iter().map(|f| f.parse::<f64>().expect("a number")).sum();
     ticks / 100.0
 }
 
+#[derive(Default)]
 struct Count {
+    registered: AtomicU64,
     jobs: AtomicU64,
     /// Time of lease and report together, microseconds.
     waited_us: AtomicU64,
@@ -85,39 +89,43 @@ fn rates(workers: usize, per_connection: usize) {
     let spec_digest =
         runout::run_directory::read(&cluster.path("out")).expect("a run directory").spec.digest();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
-    let count = Arc::new(Count { jobs: AtomicU64::new(0), waited_us: AtomicU64::new(0) });
+    let count = Arc::new(Count::default());
     let fingerprint = identity::fingerprint(Kernel::best());
     runtime.block_on(async {
         let begun = Instant::now();
-        let mut clients = Vec::new();
         let mut channel = None;
         for number in 0..workers {
             if number % per_connection == 0 {
                 let endpoint = Endpoint::from_shared(url.trim().to_owned()).expect("a URL").tcp_nodelay(true);
-                channel = Some(endpoint.connect().await.expect("it listens"));
+                channel = Some(endpoint.connect_lazy());
             }
-            let mut client = CoordinatorClient::new(channel.clone().expect("a connection"));
-            let id = register(&mut client, number, &fingerprint).await;
-            clients.push((client, id));
+            let client = CoordinatorClient::new(channel.clone().expect("a connection"));
+            let (fingerprint, digest) = (fingerprint.clone(), spec_digest.clone());
+            tokio::spawn(work(client, number, fingerprint, digest, Arc::clone(&count)));
+        }
+        while count.registered.load(Ordering::Relaxed) < workers as u64 {
+            assert!(begun.elapsed() < Duration::from_secs(120), "not all workers can register");
+            tokio::time::sleep(Duration::from_millis(10)).await;
         }
         let registered = begun.elapsed();
-        for (client, id) in clients {
-            tokio::spawn(work(client, id, spec_digest.clone(), Arc::clone(&count)));
-        }
-        // Until the first leases of all are out.
-        tokio::time::sleep(Duration::from_secs(2)).await;
         let (jobs, waited_us) = (count.jobs.load(Ordering::Relaxed), count.waited_us.load(Ordering::Relaxed));
-        let (begun, used_s) = (Instant::now(), processor_s(&coordinator));
+        let (begun, used_s) = (Instant::now(), processor_s(coordinator.id()));
+        let own_s = processor_s(std::process::id());
         tokio::time::sleep(COUNTED).await;
         let jobs = (count.jobs.load(Ordering::Relaxed) - jobs) as f64;
         let waited_us = (count.waited_us.load(Ordering::Relaxed) - waited_us) as f64;
-        let used_s = processor_s(&coordinator) - used_s;
+        let used_s = processor_s(coordinator.id()) - used_s;
+        let own_s = processor_s(std::process::id()) - own_s;
+        let wall_s = begun.elapsed().as_secs_f64();
         println!(
             "{workers} workers, {per_connection} a connection: {:.0} jobs/s, {:.2} ms of lease and report, {:.3} ms of \
-             the coordinator's processor a job, all registered within {registered:.1?}",
-            jobs / begun.elapsed().as_secs_f64(),
+             the coordinator's processor a job ({:.0} % of its core; workers {:.0} % of theirs), all registered within \
+             {registered:.1?}",
+            jobs / wall_s,
             waited_us / jobs / 1e3,
             used_s * 1e3 / jobs,
+            100.0 * used_s / wall_s,
+            100.0 * own_s / wall_s,
         );
     });
 }
@@ -134,28 +142,48 @@ async fn register(client: &mut CoordinatorClient<Channel>, number: usize, finger
     client.register(request).await.expect("it is welcome").into_inner().worker_id
 }
 
-/// A worker of one slot whose jobs take no time.
-async fn work(mut client: CoordinatorClient<Channel>, id: u64, spec_digest: String, count: Arc<Count>) {
-    let mut beat = tokio::time::interval(Duration::from_secs(5));
+/// A worker of one slot whose jobs take no time. One that was given up (a machine with other work to do may be too slow
+/// for a thousand workers) registers again, as real ones do.
+async fn work(
+    mut client: CoordinatorClient<Channel>,
+    number: usize,
+    fingerprint: String,
+    spec_digest: String,
+    count: Arc<Count>,
+) {
+    let mut id = register(&mut client, number, &fingerprint).await;
+    count.registered.fetch_add(1, Ordering::Relaxed);
+    while jobs(&mut client, id, &spec_digest, &count).await.is_err_and(|e| e.code() == Code::NotFound) {
+        id = register(&mut client, number, &fingerprint).await;
+    }
+}
+
+/// Jobs and heartbeats until a call fails.
+async fn jobs(
+    client: &mut CoordinatorClient<Channel>,
+    id: u64,
+    spec_digest: &str,
+    count: &Count,
+) -> Result<(), Status> {
+    let mut beat = Instant::now();
     loop {
         let begun = Instant::now();
-        let lease =
-            client.lease(LeaseRequest { worker_id: id, poll_s: 20.0 }).await.expect("a lease").into_inner();
-        let Some(lease) = lease.lease.filter(|_| lease.kind == Kind::Assigned as i32) else { continue };
-        let report = ReportRequest {
-            worker_id: id,
-            attempt: lease.attempt,
-            spec_digest: spec_digest.clone(),
-            outcome: Some(stable(lease.index)),
-            wall_s: 0.001,
-        };
-        client.report(report).await.expect("it is recorded");
-        count.jobs.fetch_add(1, Ordering::Relaxed);
-        count.waited_us.fetch_add(begun.elapsed().as_micros() as u64, Ordering::Relaxed);
-        if std::future::poll_fn(|c| std::task::Poll::Ready(beat.poll_tick(c).is_ready())).await {
-            let lease = Some(LeaseRef { index: lease.index, attempt: lease.attempt });
-            let running = vec![LeaseProgress { lease, steps: 1, simulated_s: 0.0, reporting: true }];
-            client.heartbeat(HeartbeatRequest { worker_id: id, running }).await.expect("it beats");
+        let lease = client.lease(LeaseRequest { worker_id: id, poll_s: 5.0 }).await?.into_inner();
+        if let Some(lease) = lease.lease.filter(|_| lease.kind == Kind::Assigned as i32) {
+            let report = ReportRequest {
+                worker_id: id,
+                attempt: lease.attempt,
+                spec_digest: spec_digest.to_owned(),
+                outcome: Some(stable(lease.index)),
+                wall_s: 0.001,
+            };
+            client.report(report).await?;
+            count.jobs.fetch_add(1, Ordering::Relaxed);
+            count.waited_us.fetch_add(begun.elapsed().as_micros() as u64, Ordering::Relaxed);
+        }
+        if beat.elapsed() > HEARTBEAT {
+            beat = Instant::now();
+            client.heartbeat(HeartbeatRequest { worker_id: id, running: vec![] }).await?;
         }
     }
 }
@@ -178,7 +206,7 @@ fn stable(index: u64) -> Outcome {
 fn efficiency(workers: u64) {
     let jobs = workers * JOBS_PER_WORKER;
     let cluster = Cluster::new(&campaign(jobs));
-    let (mut coordinator, url) = cluster.serve("out", &["--heartbeat", "5"]);
+    let (mut coordinator, url) = cluster.serve("out", &[]);
     let job = [("SYNTHETIC_MS", JOB_MS.to_string())];
     let job = [(job[0].0, job[0].1.as_str())];
     let mut all: Vec<Process> =

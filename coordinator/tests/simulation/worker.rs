@@ -52,7 +52,7 @@ pub(crate) enum Purpose {
 enum Slot {
     Asking,
     Computing { lease: Lease, since_us: u64, stands_still: bool, ignores: bool, cancelled: bool },
-    Reporting { lease: Lease, report: Report },
+    Reporting { lease: Lease, report: Box<Report> },
 }
 
 /// What a process wants done.
@@ -130,7 +130,7 @@ impl Process {
     /// What lies on its disk.
     pub(crate) fn spool(&self) -> Vec<Report> {
         let reporting = self.slots.iter().filter_map(|slot| match slot {
-            Slot::Reporting { report, .. } => Some(report.clone()),
+            Slot::Reporting { report, .. } => Some((**report).clone()),
             _ => None,
         });
         self.left_behind.iter().cloned().chain(reporting).collect()
@@ -253,7 +253,7 @@ impl Process {
             outcome.digest = "f".repeat(32);
             outcome.outcome = OutcomeKind::Stable;
         }
-        let report = Report { attempt: lease.attempt, outcome };
+        let report = Box::new(Report { attempt: lease.attempt, outcome });
         self.slots[slot] = Slot::Reporting { lease, report };
         self.pursue(Purpose::Report(slot), now_us, wanted);
     }
@@ -334,10 +334,11 @@ impl Process {
     fn cancel(&mut self, lease: Lease, now_us: u64, wanted: &mut Vec<Do>) {
         for slot in 0..self.slots.len() {
             match &mut self.slots[slot] {
+                // It does not hear; it is waited for once.
+                Slot::Computing { lease: l, ignores: true, cancelled: true, .. } if *l == lease => {}
                 Slot::Computing { lease: l, ignores: true, cancelled, .. } if *l == lease => {
-                    if !std::mem::replace(cancelled, true) {
-                        wanted.push(Do::Wait(STUCK_AFTER_US, Timer::Stuck(slot, lease)));
-                    }
+                    *cancelled = true;
+                    wanted.push(Do::Wait(STUCK_AFTER_US, Timer::Stuck(slot, lease)));
                 }
                 Slot::Computing { lease: l, .. } if *l == lease => self.free(slot, now_us, wanted),
                 _ => {}

@@ -254,14 +254,14 @@ impl World {
                 if self.now_us < paused_until_us {
                     return self.at(paused_until_us, Event::Answer(to, reply));
                 }
-                self.to_worker(to.0, to.1, |now_us, process| process.answer(to.2, reply, now_us));
+                self.with_process(to.0, to.1, |now_us, process| process.answer(to.2, reply, now_us));
             }
             Event::Timer(worker, generation, timer) => {
                 let paused_until_us = self.workers[worker].paused_until_us;
                 if self.now_us < paused_until_us {
                     return self.at(paused_until_us, Event::Timer(worker, generation, timer));
                 }
-                self.to_worker(worker, generation, |now_us, process| process.timer(timer, now_us));
+                self.with_process(worker, generation, |now_us, process| process.timer(timer, now_us));
             }
             Event::Commit(number) => {
                 let Some(session) = self.session.as_mut().filter(|s| s.number == number) else { return };
@@ -307,7 +307,12 @@ impl World {
         }
     }
 
-    fn to_worker(&mut self, worker: usize, generation: u32, act: impl FnOnce(u64, &mut Process) -> Vec<Do>) {
+    fn with_process(
+        &mut self,
+        worker: usize,
+        generation: u32,
+        act: impl FnOnce(u64, &mut Process) -> Vec<Do>,
+    ) {
         let now_us = self.now_us;
         let known = &mut self.workers[worker];
         let Some(process) = known.process.as_mut().filter(|_| known.generation == generation) else { return };

@@ -48,7 +48,14 @@ pub enum ListenError {
     )]
     Insecure(SocketAddr),
     /// The address is taken, or not this machine's.
-    #[error("cannot listen on {address}: {error}")]
+    #[error(
+        "cannot listen on {address}: {error}; {}",
+        match error.kind() {
+            io::ErrorKind::AddrInUse =>
+                "another coordinator may be there: take another port with --listen (0 for any free one)",
+            _ => "--listen takes an address of this machine",
+        }
+    )]
     Listen {
         /// The address.
         address: SocketAddr,

@@ -6,15 +6,16 @@ use runout_proto::convert::readable;
 use runout_proto::tls::{self, Credentials, EndpointError, TlsError, refusal};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use thiserror::Error;
 use tonic::transport::Channel;
 use tonic::{Code, Response, Status};
 
 /// How long a coordinator may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
-/// How often a call is made whose connection ends without a word.
-const TRIES: u32 = 5;
+/// For how long a call is made again whose connection ended without a word, and the wait before.
+const AGAIN_FOR: Duration = Duration::from_secs(1);
+const AGAIN_AFTER: Duration = Duration::from_millis(50);
 /// Longest message of a coordinator that is shown, characters.
 const SHOWN: usize = 500;
 
@@ -96,13 +97,14 @@ where
     F: Future<Output = Result<Response<T>, Status>>,
     C: Fn(CoordinatorClient<Channel>) -> F,
 {
-    let mut tries = TRIES;
+    let started = Instant::now();
     let reply = loop {
-        tries -= 1;
         match call(client.clone()).await {
             Ok(reply) => break reply.into_inner(),
             // A connection that the other side has closed while the call was on its way does not tell why.
-            Err(status) if tries > 0 && status.code() == Code::Cancelled => {}
+            Err(status) if status.code() == Code::Cancelled && started.elapsed() < AGAIN_FOR => {
+                tokio::time::sleep(AGAIN_AFTER).await;
+            }
             Err(status) => return Err(status.into()),
         }
     };

@@ -144,6 +144,7 @@ fn statuses(cases: u32) {
         let mut status = sound.clone();
         status.campaign.clone_from(&text);
         status.workers[0].name.clone_from(&text);
+        status.requirements[0].what.clone_from(&text);
         status.damage.push(text);
         let json = serde_json::to_string(&status).expect("a status is JSON").into_bytes();
         let json = if change { changed(json, &sets, None) } else { json };

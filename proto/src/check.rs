@@ -1,7 +1,7 @@
 //! Every message of the contract, held against what `runout.proto` says of its fields. Both sides check what arrives
 //! before they look at anything else in it.
 
-use crate::convert::{DecodeError, bad, decode_outcome, hexadecimal, is_plain, non_negative, readable};
+use crate::convert::{DecodeError, bad, decode_outcome, hexadecimal, is_printable, non_negative, readable};
 use crate::v1;
 
 /// Most leases in one message: the slots of a worker are fewer.
@@ -151,13 +151,17 @@ impl Check for v1::CancelReply {
     }
 }
 
-/// Checks a text that people see: 1 to 128 plain characters.
+/// Checks a text that people see: 1 to 128 printable characters.
 ///
 /// # Errors
 /// It is not; the error names `field`.
 pub fn name(field: &'static str, text: &str) -> Result<(), DecodeError> {
-    let sound = (1..=LONGEST_NAME).contains(&text.chars().count()) && text.chars().all(is_plain);
-    if sound { Ok(()) } else { Err(bad(field, readable(text, 80), "it must be 1 to 128 plain characters")) }
+    let sound = (1..=LONGEST_NAME).contains(&text.chars().count()) && text.chars().all(is_printable);
+    if sound {
+        Ok(())
+    } else {
+        Err(bad(field, readable(text, 80), "it must be 1 to 128 printable characters"))
+    }
 }
 
 fn few(field: &'static str, count: usize) -> Result<(), DecodeError> {

@@ -131,17 +131,17 @@ pub(crate) fn bad(field: &'static str, value: impl ToString, allowed: &'static s
     DecodeError::Bad { field, value: value.to_string(), allowed }
 }
 
-/// A peer's text as people may see it: at most `most` of its characters, those that are not plain escaped.
+/// A peer's text as people may see it: at most `most` of its characters, those that are not printable escaped.
 pub fn readable(text: &str, most: usize) -> String {
     let escaped = |c: char| -> Box<dyn Iterator<Item = char>> {
-        if is_plain(c) { Box::new(std::iter::once(c)) } else { Box::new(c.escape_default()) }
+        if is_printable(c) { Box::new(std::iter::once(c)) } else { Box::new(c.escape_default()) }
     };
     text.chars().take(most).flat_map(escaped).collect()
 }
 
 /// Whether a character shows as itself: it neither controls a terminal, nor breaks a line, nor is invisible, nor turns
 /// the direction of writing.
-pub(crate) fn is_plain(c: char) -> bool {
+pub(crate) fn is_printable(c: char) -> bool {
     let hidden = matches!(c,
         '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
         | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');

@@ -60,8 +60,12 @@ fn sound_messages(n: u64) -> Vec<Vec<u8>> {
     let leases = vec![lease; (n % 5) as usize];
     let number = (n % 100_000) as f64 / 7.0;
     let text = |length: u64| "ab1é-".chars().cycle().take(1 + (length % 100) as usize).collect::<String>();
-    let running =
-        v1::LeaseProgress { lease: Some(lease), steps: n, simulated_s: number, reporting: n % 2 == 0 };
+    let running = v1::LeaseProgress {
+        lease: Some(lease),
+        steps: n,
+        simulated_s: number,
+        reporting: n.is_multiple_of(2),
+    };
     let report = v1::ReportRequest {
         worker_id: n,
         attempt: lease.attempt,
@@ -96,12 +100,12 @@ fn sound_messages(n: u64) -> Vec<Vec<u8>> {
         v1::ReleaseRequest {
             worker_id: n,
             leases,
-            error: (n % 2 == 0).then(|| text(n)),
-            leaving: n % 3 == 0,
+            error: (n.is_multiple_of(2)).then(|| text(n)),
+            leaving: n.is_multiple_of(3),
         }
         .encode_to_vec(),
         v1::StatusReply { state: text(n), json: text(n) }.encode_to_vec(),
-        v1::CancelRequest { spec_digest: (n % 2 == 0).then(|| format!("{n:064x}")) }.encode_to_vec(),
+        v1::CancelRequest { spec_digest: (n.is_multiple_of(2)).then(|| format!("{n:064x}")) }.encode_to_vec(),
         v1::CancelReply { state: text(n), grace_s: number }.encode_to_vec(),
     ]
 }
@@ -115,7 +119,7 @@ fn sound_outcome(n: u64, number: f64) -> v1::Outcome {
         crest_retreat_m: number / 4.0,
         moved_area_m2: number / 5.0,
         deposit_height_at_toe_m: number / 6.0,
-        time_to_rest_s: (n % 2 == 0).then_some(number),
+        time_to_rest_s: (n.is_multiple_of(2)).then_some(number),
     };
     let energy =
         v1::Energy { outer_work_j: -number, drift_j: number, available_j: number, ..v1::Energy::default() };
@@ -129,7 +133,7 @@ fn sound_outcome(n: u64, number: f64) -> v1::Outcome {
         points: n / 2,
         digest: format!("{n:032x}"),
         energy: (!failed).then_some(energy),
-        energy_drifted: n % 5 == 0,
+        energy_drifted: n.is_multiple_of(5),
     }
 }
 

@@ -1,13 +1,14 @@
 //! `runout cancel`: ends a running campaign in good order.
 
-use super::connect::{AskError, connect, connect_as_announced, is_url};
+use super::connect::{self, AskError, connect, connect_as_announced, is_url};
 use super::tls::TlsArgument;
 use super::{Failure, print, runtime};
 use crate::run_directory;
 use clap::Args;
-use runout_proto::check::Check;
+use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::{CancelReply, CancelRequest};
 use std::path::Path;
+use tonic::transport::Channel;
 
 /// Arguments of `runout cancel`.
 #[derive(Debug, Clone, Args)]
@@ -25,7 +26,7 @@ pub struct CancelArgs {
 /// # Errors
 /// No coordinator is at work, or it refuses.
 pub fn main(args: &CancelArgs) -> Result<(), Failure> {
-    let reply = runtime()?.block_on(ask(args))?;
+    let reply = runtime()?.block_on(cancel(args))?;
     print(&match reply.state.as_str() {
         "running" => format!(
             "{}: no new realisations; running ones have {} s to finish, then the coordinator leaves (resumable)\n",
@@ -37,13 +38,13 @@ pub fn main(args: &CancelArgs) -> Result<(), Failure> {
     })
 }
 
-async fn ask(args: &CancelArgs) -> Result<CancelReply, Failure> {
+async fn cancel(args: &CancelArgs) -> Result<CancelReply, Failure> {
     let failed = |error: AskError| match error {
         AskError::Away(_) => Failure::Work(format!("{}: {error}: there is nothing to cancel", args.target)),
         _ => Failure::Input(format!("{}: {error}", args.target)),
     };
-    let (mut client, spec_digest) = if is_url(&args.target) {
-        (connect(&args.target, args.tls.folder()).await.map_err(failed)?, None)
+    let (client, spec_digest) = if is_url(&args.target) {
+        (connect(&args.target, args.tls.folder()).map_err(failed)?, None)
     } else {
         let path = Path::new(&args.target);
         let (url, digest) = run_directory::announced(path).map_err(|e| Failure::Input(e.to_string()))?;
@@ -56,8 +57,10 @@ async fn ask(args: &CancelArgs) -> Result<CancelReply, Failure> {
         let url = url.ok_or_else(nobody)?;
         (connect_as_announced(&url, args.tls.folder()).await.map_err(failed)?, Some(digest))
     };
-    let reply =
-        client.cancel(CancelRequest { spec_digest }).await.map_err(|e| failed(e.into()))?.into_inner();
-    reply.check().map_err(|e| Failure::Work(format!("{}: the coordinator's answer: {e}", args.target)))?;
-    Ok(reply)
+    let request = CancelRequest { spec_digest };
+    let call = |mut grpc: CoordinatorClient<Channel>| {
+        let request = request.clone();
+        async move { grpc.cancel(request).await }
+    };
+    connect::ask(&client, call).await.map_err(failed)
 }

@@ -1,17 +1,21 @@
 //! The way from a command to a running coordinator, for those that ask or cancel.
 
 use runout_proto::MESSAGE_LIMIT_BYTES;
+use runout_proto::check::Check;
 use runout_proto::convert::readable;
 use runout_proto::tls::{self, Credentials, EndpointError, TlsError, refusal};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use thiserror::Error;
-use tonic::Status;
 use tonic::transport::Channel;
+use tonic::{Code, Response, Status};
 
 /// How long a coordinator may take to answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(5);
+/// For how long a call is made again whose connection ended without a word, and the wait before.
+const AGAIN_FOR: Duration = Duration::from_secs(1);
+const AGAIN_AFTER: Duration = Duration::from_millis(50);
 /// Longest message of a coordinator that is shown, characters.
 const SHOWN: usize = 500;
 
@@ -37,7 +41,6 @@ pub(super) enum AskError {
 
 impl From<Status> for AskError {
     fn from(status: Status) -> AskError {
-        use tonic::Code;
         if let Some(why) = refusal::seen_by_client(&status) {
             return AskError::Untrusted(why);
         }
@@ -51,23 +54,15 @@ impl From<Status> for AskError {
     }
 }
 
-/// A client of the coordinator at `url`; `https://` takes the operator's certificate from `folder`.
+/// A client of the coordinator at `url`; `https://` takes the operator's certificate from `folder`. Connects with the
+/// first call. Needs a runtime around it.
 ///
 /// # Errors
-/// Not such a URL, certificates that cannot be used, or nobody answers.
-pub(super) async fn connect(
-    url: &str,
-    folder: Option<&Path>,
-) -> Result<CoordinatorClient<Channel>, AskError> {
+/// Not such a URL, or certificates that cannot be used.
+pub(super) fn connect(url: &str, folder: Option<&Path>) -> Result<CoordinatorClient<Channel>, AskError> {
     let credentials = folder.map(Credentials::load_for_look).transpose()?;
     let endpoint = tls::endpoint(url, credentials.as_ref())?;
-    let channel =
-        endpoint.connect_timeout(ANSWER_LIMIT).timeout(ANSWER_LIMIT).connect().await.map_err(|error| {
-            match refusal::seen_by_client(&error) {
-                Some(why) => AskError::Untrusted(why),
-                None => AskError::Away(error.to_string()),
-            }
-        })?;
+    let channel = endpoint.connect_timeout(ANSWER_LIMIT).timeout(ANSWER_LIMIT).connect_lazy();
     Ok(CoordinatorClient::new(channel)
         .max_decoding_message_size(MESSAGE_LIMIT_BYTES)
         .max_encoding_message_size(MESSAGE_LIMIT_BYTES))
@@ -82,14 +77,40 @@ pub(super) async fn connect_as_announced(
     url: &str,
     folder: Option<&Path>,
 ) -> Result<CoordinatorClient<Channel>, AskError> {
-    let Some(address) = url.strip_prefix("https://") else { return connect(url, None).await };
+    let Some(address) = url.strip_prefix("https://") else { return connect(url, None) };
     if folder.is_none() {
         let listens = tokio::time::timeout(ANSWER_LIMIT, tokio::net::TcpStream::connect(address)).await;
         if !matches!(listens, Ok(Ok(_))) {
             return Err(AskError::Away("nobody listens there".to_owned()));
         }
     }
-    connect(url, folder).await
+    connect(url, folder)
+}
+
+/// Makes a call that can be repeated without harm, and gives its checked answer.
+///
+/// # Errors
+/// Nobody answers, the two do not trust each other, or the coordinator refuses.
+pub(super) async fn ask<T, F, C>(client: &CoordinatorClient<Channel>, call: C) -> Result<T, AskError>
+where
+    T: Check,
+    F: Future<Output = Result<Response<T>, Status>>,
+    C: Fn(CoordinatorClient<Channel>) -> F,
+{
+    let started = Instant::now();
+    let reply = loop {
+        match call(client.clone()).await {
+            Ok(reply) => break reply.into_inner(),
+            // A connection that the other side has closed while the call was on its way does not tell why.
+            Err(status) if status.code() == Code::Cancelled && started.elapsed() < AGAIN_FOR => {
+                tokio::time::sleep(AGAIN_AFTER).await;
+            }
+            Err(status) => return Err(status.into()),
+        }
+    };
+    let not_understood = |why| AskError::Refused(format!("its answer cannot be understood: {why}"));
+    reply.check().map_err(not_understood)?;
+    Ok(reply)
 }
 
 /// Whether a target is the URL of a coordinator, and not a run directory.

@@ -1,13 +1,12 @@
 //! `runout status`: where a campaign stands, from its coordinator or from its run directory.
 
-use super::connect::{AskError, connect, connect_as_announced, is_url};
+use super::connect::{self, AskError, connect, connect_as_announced, is_url};
 use super::tls::TlsArgument;
 use super::{DONE, Failure, print, print_json, print_while_read, runtime, seconds};
 use crate::run_directory;
 use crate::status::{self, State, Status};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use runout_proto::check::Check;
 use runout_proto::v1::StatusRequest;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use std::io::{self, IsTerminal};
@@ -148,7 +147,7 @@ async fn look(args: &StatusArgs) -> Result<Status, Failure> {
         _ => Failure::Input(format!("{target}: {error}")),
     };
     if is_url(target) {
-        return ask(connect(target, tls).await.map_err(failed)?).await.map_err(failed);
+        return ask(connect(target, tls).map_err(failed)?).await.map_err(failed);
     }
     let path = Path::new(target);
     let frame = run_directory::read_frame(path).map_err(|e| Failure::Input(e.to_string()))?;
@@ -168,9 +167,8 @@ async fn look(args: &StatusArgs) -> Result<Status, Failure> {
     Ok(status::of_directory(path)?)
 }
 
-async fn ask(mut client: CoordinatorClient<Channel>) -> Result<Status, AskError> {
-    let reply = client.status(StatusRequest {}).await?.into_inner();
-    let not_understood = |why: String| AskError::Refused(format!("its answer cannot be understood: {why}"));
-    reply.check().map_err(|e| not_understood(e.to_string()))?;
-    Status::from_peer(&reply.json).map_err(|e| not_understood(e.to_string()))
+async fn ask(client: CoordinatorClient<Channel>) -> Result<Status, AskError> {
+    let reply = connect::ask(&client, |mut grpc| async move { grpc.status(StatusRequest {}).await }).await?;
+    Status::from_peer(&reply.json)
+        .map_err(|e| AskError::Refused(format!("its answer cannot be understood: {e}")))
 }

@@ -170,7 +170,8 @@ impl Status {
         let mut status: Status = serde_json::from_str(json)?;
         let texts = [&mut status.campaign, &mut status.digest];
         let names = status.workers.iter_mut().map(|worker| &mut worker.name);
-        for text in texts.into_iter().chain(names).chain(&mut status.damage) {
+        let asked = status.requirements.iter_mut().map(|requirement| &mut requirement.what);
+        for text in texts.into_iter().chain(names).chain(asked).chain(&mut status.damage) {
             *text = readable(text, SHOWN);
         }
         Ok(status)

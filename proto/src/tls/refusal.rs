@@ -27,7 +27,7 @@ pub fn seen_by_client(error: &(dyn Error + 'static)) -> Option<String> {
 /// Why a coordinator did not take a connection.
 pub fn seen_by_coordinator(error: &io::Error) -> String {
     let Some(tls) = tls_error(error) else { return format!("the TLS handshake failed: {error}") };
-    let why = match tls {
+    match tls {
         Tls::NoCertificatesPresented => "it shows no certificate".to_owned(),
         Tls::InvalidCertificate(why) => match why {
             CertificateError::UnknownIssuer | CertificateError::BadSignature => {
@@ -54,8 +54,7 @@ pub fn seen_by_coordinator(error: &io::Error) -> String {
             "it says that this coordinator's certificate has run out".to_owned()
         }
         other => format!("the TLS handshake failed: {other}"),
-    };
-    why
+    }
 }
 
 fn explained_to_client(error: &Tls) -> Option<String> {

@@ -1,7 +1,7 @@
 //! The live page of a campaign: where it stands, in a browser, and the same for machines.
 //!
-//! Data flow one way: the coordinator's [`Shared`](crate::service::Shared) state is read into a [`snapshot`] at most
-//! once a second, whoever asks; [`charts`], [`parts`] and [`metrics`] make of it what is shown; [`server`] hands that out:
+//! Data flow one way: the coordinator's [`Shared`] state is read into a `snapshot` at most
+//! once a second, whoever asks; `charts`, `parts` and `metrics` make of it what is shown; `server` hands that out:
 //!
 //! * `/`: the page, complete without scripts; with them its parts are renewed by the events of `/events`;
 //! * `/api/status`: what `runout status --json` prints; `/metrics`: Prometheus' text format.

@@ -1,6 +1,6 @@
 //! The campaign file described: every section and key with its type, unit, range and meaning, in the file's order.
 //!
-//! One description ([`keys`]) serves the JSON schema for editors ([`json`]) and the reference page ([`page`]). Tests hold
+//! One description (`keys`) serves the JSON schema for editors (`json`) and the reference page (`page`). Tests hold
 //! it against what the parser knows and what the checks refuse, so that it cannot say what is not so.
 
 mod analysis_keys;

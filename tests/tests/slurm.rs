@@ -139,13 +139,16 @@ fn a_campaign_survives_cancelled_workers_and_time_limits() {
             .then_some(())
     });
     let before = recorded(&out);
-    node.slurm("scontrol", &["update", &format!("jobid={coordinator}"), "starttime=now"])
+    // Not at once: within the second of its requeueing Slurm takes the job's new credential for the revoked one.
+    node.slurm("scontrol", &["update", &format!("jobid={coordinator}"), "starttime=now+3"])
         .expect("it may start");
+    let mut hastened = false;
     wait_up_to(LONG, "the coordinator to resume", || {
         let tasks = node.states(&workers);
-        if tasks == ["PENDING"] {
+        if tasks == ["PENDING"] && !hastened {
             // The worker's own limit came meanwhile; it need not wait either.
-            node.slurm("scontrol", &["update", &format!("jobid={workers}_2"), "starttime=now"]);
+            node.slurm("scontrol", &["update", &format!("jobid={workers}_2"), "starttime=now+3"]);
+            hastened = true;
         }
         (recorded(&out) > before + 1).then_some(())
     });

@@ -211,6 +211,7 @@ fn outcome(index: u64, outcome: OutcomeKind) -> Outcome {
         simulated_s: distance_m,
         steps: 10_000 + index,
         points: 10_125,
+        profile: None,
         digest: format!("{index:032x}"),
     }
 }

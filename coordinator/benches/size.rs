@@ -122,6 +122,7 @@ fn entry(index: u64) -> Entry {
         simulated_s: of(1.7),
         steps: 10_000 + index % 5000,
         points: 10_125,
+        profile: None,
         digest: blake3::hash(&index.to_le_bytes()).to_hex()[..32].to_owned(),
     };
     Entry::Outcome(Record { outcome, attempt: 1, worker: format!("bench-{}", index % 64), wall_s: of(2.2) })

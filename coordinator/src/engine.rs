@@ -4,6 +4,7 @@
 //! that the stopping index and every estimate are the same for any number of workers, and after any interruption.
 //! Outcomes beyond the stopping index are kept in the store but are no part of the results.
 
+use crate::essence::Essence;
 use crate::queue::{
     Done, Event, Held, Lease, LeaseAnswer, Order, Queue, ReportStep, Settings, UnknownWorker, WorkerId,
 };
@@ -12,7 +13,7 @@ use crate::store::Contents;
 use crate::store::log::{Entry, Record};
 use crate::store::wire::Gist;
 use runout_core::estimate::{Decision, Estimator};
-use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -47,7 +48,7 @@ pub struct Engine {
     estimator: Estimator,
     /// The estimator as it was before any outcome, for when a recorded one is overruled.
     empty: Estimator,
-    /// What the estimator has been given, by index from 0.
+    /// What the estimator has been given, by index from 0: for when one is overruled.
     folded: Vec<Essence>,
     /// Recorded outcomes beyond the prefix.
     waiting: BTreeMap<u64, Essence>,
@@ -322,57 +323,6 @@ fn done_before<'a>(record: &'a Gist, digest: &'a str) -> Done<'a> {
     }
 }
 
-/// What the estimator looks at of an outcome: a tenth of its memory, kept for the case that one is overruled.
-#[derive(Debug, Clone, Copy)]
-struct Essence {
-    kind: OutcomeKind,
-    reason: Reason,
-    energy_drifted: bool,
-    /// Largest displacement, its 99.9 % quantile, and the advance of the toe, m.
-    distances_m: Option<[f64; 3]>,
-}
-
-impl Essence {
-    fn of(outcome: &Outcome) -> Essence {
-        let Outcome { outcome: kind, reason, energy_drifted, measures, .. } = outcome;
-        Essence::new(*kind, *reason, *energy_drifted, measures.as_ref())
-    }
-
-    fn of_gist(record: &Gist) -> Essence {
-        Essence::new(record.outcome, record.reason, record.energy_drifted, record.measures.as_ref())
-    }
-
-    fn new(kind: OutcomeKind, reason: Reason, energy_drifted: bool, measures: Option<&Measures>) -> Essence {
-        let distances = |m: &Measures| [m.max_displacement_m, m.displacement_q999_m, m.toe_advance_m];
-        Essence { kind, reason, energy_drifted, distances_m: measures.map(distances) }
-    }
-
-    /// An outcome that the estimator cannot tell from the whole one.
-    fn outcome(self, index: u64) -> Outcome {
-        let measures = |[max_displacement_m, displacement_q999_m, toe_advance_m]: [f64; 3]| Measures {
-            max_displacement_m,
-            displacement_q999_m,
-            toe_advance_m,
-            crest_retreat_m: 0.0,
-            moved_area_m2: 0.0,
-            deposit_height_at_toe_m: 0.0,
-            time_to_rest_s: None,
-        };
-        Outcome {
-            index,
-            outcome: self.kind,
-            reason: self.reason,
-            measures: self.distances_m.map(measures),
-            energy: None,
-            energy_drifted: self.energy_drifted,
-            simulated_s: 0.0,
-            steps: 0,
-            points: 0,
-            digest: String::new(),
-        }
-    }
-}
-
 /// A record as the queue sees it.
 fn done(record: &Record) -> Done<'_> {
     let Record { outcome, attempt, worker, wall_s } = record;
@@ -388,17 +338,13 @@ fn done(record: &Record) -> Done<'_> {
 
 /// The entry that records an index as poison: a failed outcome that follows from the index alone.
 pub fn poison(index: u64) -> Entry {
-    let outcome = Outcome {
-        index,
-        outcome: OutcomeKind::Failed,
+    let essence = Essence {
+        kind: OutcomeKind::Failed,
         reason: Reason::Poison,
-        measures: None,
-        energy: None,
         energy_drifted: false,
-        simulated_s: 0.0,
-        steps: 0,
-        points: 0,
-        digest: blake3::hash(&index.to_be_bytes()).to_hex()[..32].to_owned(),
+        distances_m: None,
     };
+    let digest = blake3::hash(&index.to_be_bytes()).to_hex()[..32].to_owned();
+    let outcome = Outcome { digest, ..essence.outcome(index) };
     Entry::Outcome(Record { outcome, attempt: 0, worker: "coordinator".to_owned(), wall_s: 0.0 })
 }

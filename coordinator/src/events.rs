@@ -4,6 +4,7 @@
 //! synced, so that a power cut may cost its last seconds; each line stands for itself. When it has grown to
 //! [`LIMIT_BYTES`] it becomes `events.log.1`, which takes the place of an older one.
 
+use crate::machine::Machine;
 use crate::store::log::{Entry, Record};
 use runout_core::outcome::Reason;
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,9 @@ pub enum What {
         slots: u32,
         /// Leases that it still holds from before.
         held: u64,
+        /// What it runs on; absent if it did not tell.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        machine: Option<Machine>,
     },
     /// A worker left in good order.
     Left {

@@ -4,6 +4,7 @@
 //! attempt of which nothing more was noted is open: it runs, or its coordinator was killed.
 
 use crate::events::{Noted, What};
+use crate::machine::Machine;
 use crate::store::log::{Entry, Record};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -160,6 +161,8 @@ pub struct WorkerRecord {
     pub worker: String,
     /// Realisations at a time, when it last registered; absent if that was not noted.
     pub slots: Option<u32>,
+    /// What it runs on, when it last registered; absent if that was not noted.
+    pub machine: Option<Machine>,
     /// Recorded outcomes that it computed.
     pub realisations: u64,
     /// Wall time of these, s.
@@ -216,8 +219,9 @@ impl Workers {
             let of = self.named(name);
             of.first_seen.get_or_insert_with(|| noted.at.clone());
             of.last_seen = Some(noted.at.clone());
-            if let What::Registered { slots, .. } = noted.what {
-                of.slots = Some(slots);
+            if let What::Registered { slots, machine, .. } = &noted.what {
+                of.slots = Some(*slots);
+                of.machine.clone_from(machine);
             }
         }
     }
@@ -295,6 +299,10 @@ mod tests {
         assert_eq!(follower.into_open().map(|a| a.index).collect::<Vec<_>>(), [4]);
     }
 
+    fn machine() -> Option<Machine> {
+        Some(Machine { processor: "Xeon".into(), kernel: "avx2".into(), cores: 8 })
+    }
+
     #[test]
     fn workers_are_summed_over_both_logs() {
         let mut workers = Workers::default();
@@ -304,13 +312,15 @@ mod tests {
         workers.entry(&Entry::Outcome(Record { attempt: 0, worker: "coordinator".into(), ..fast.clone() }));
         workers.entry(&Entry::Audit { index: 1, worker: "b".into() });
         workers.entry(&Entry::Conflict(Record { worker: "b".into(), ..fast }));
-        workers.event(&noted(0, What::Registered { worker: "a".into(), slots: 4, held: 0 }));
+        workers
+            .event(&noted(0, What::Registered { worker: "a".into(), slots: 4, held: 0, machine: machine() }));
         workers.event(&noted(1, leased(5, 1, "a")));
         workers.event(&noted(2, What::Hung { index: 5, worker: "a".into() }));
         workers.event(&noted(3, leased(6, 1, "b")));
         let records = workers.finish();
         let [a, b] = records.as_slice() else { panic!("{records:?}") };
         assert_eq!((a.realisations, a.wall_s, a.losses, a.slots, a.open), (2, 2.0, 1, Some(4), 0));
+        assert_eq!((&a.machine, &b.machine), (&machine(), &None));
         // Twice 10 steps of 100 points in 2 s.
         assert_eq!(a.point_updates_per_s, Some(1000.0));
         assert_eq!(

@@ -3,7 +3,7 @@
 //! A worker holds the other end of its standard input: when this process dies, however it dies, the worker sees the
 //! end and leaves. A worker that crashes is replaced, within a bound; one that cannot work for this campaign is not.
 
-use crate::service::Shared;
+use crate::shared::Shared;
 use runout_proto::logging::LogFormat;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -12,7 +12,8 @@ use crate::page::{Page, PageError};
 use crate::progress;
 use crate::queue::Settings;
 use crate::run_directory::{Contents, RunDirectory, RunDirectoryError};
-use crate::service::{Service, Shared};
+use crate::service::Service;
+use crate::shared::Shared;
 use crate::status::tally::{Keeper, Tally};
 use crate::status::{State, Status, cache};
 use crate::store::{Store, StoreError};
@@ -150,7 +151,7 @@ pub fn open(loaded: &Loaded, out: &Path, options: &Options) -> Result<Coordinato
     let spec_json = loaded.spec.to_json();
     let digest = loaded.spec.digest();
     let shared = Shared::new(campaign, spec_json, digest, fingerprint, engine, writer, options.grace);
-    stored.records.iter().for_each(|record| shared.tally().restored(record));
+    stored.records.iter().for_each(|record| shared.seen().restored(record));
     Ok(Coordinator { directory, shared: Arc::new(shared), page: None, store })
 }
 

@@ -14,7 +14,7 @@ const VTK_VERTEX: u8 = 1;
 pub struct PointArray<'a> {
     /// Name with unit.
     pub name: &'a str,
-    /// Numbers per point (1 or 3).
+    /// Numbers per point: 1, 3 (a vector) or 6 (a symmetric tensor: xx, yy, zz, xy, yz, xz).
     pub components: usize,
     /// `components` numbers a point.
     pub values: Vec<f64>,

@@ -11,9 +11,10 @@ use std::thread::{self, JoinHandle};
 use tokio::sync::{mpsc, oneshot, watch};
 
 /// Calls that may wait for a commit; further ones wait for room.
-const QUEUE: usize = 1024;
-/// Most jobs in one commit: 60,000 records a second need no more than 32.
-const GROUP: usize = 256;
+const QUEUE: usize = 4096;
+/// Most jobs in one commit. It takes two syncs of the disk, of some milliseconds each, however many it holds: with a
+/// thousand workers all that wait shall go in one.
+const GROUP: usize = 1024;
 
 /// Something to make durable.
 #[derive(Debug)]

@@ -15,6 +15,7 @@ use runout_core::campaign::Campaign;
 use runout_core::estimate::Estimator;
 use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::profile::Profile;
 use runout_core::spec::Spec;
 use std::path::Path;
 use std::time::Duration;
@@ -45,6 +46,11 @@ fn entry(n: u64) -> Entry {
         simulated_s: number,
         steps: n,
         points: n / 2,
+        profile: (!failed && n.is_multiple_of(2)).then(|| Profile {
+            column_m: number + 0.1,
+            depth_mm: (1..n % 65).map(|depth| depth as u32).collect(),
+            speed_mm_s: vec![n as u32; (n % 3) as usize],
+        }),
         digest: format!("{n:032x}"),
     };
     let worker = "tab\t quote\" line\n end".to_owned();

@@ -179,7 +179,7 @@ fn a_realisation_tells_its_history() {
     let ledger = Ledger::with(20);
     let events = Events::open(&ledger.dir());
     let (a, b) = ("node-a".to_owned(), "node-b".to_owned());
-    events.note(What::Registered { worker: a.clone(), slots: 4, held: 0 });
+    events.note(What::Registered { worker: a.clone(), slots: 4, held: 0, machine: None });
     events.note(What::Leased { index: 3, attempt: 1, worker: a.clone() });
     events.note(What::WorkerLost { worker: a });
     events.note(What::Leased { index: 3, attempt: 2, worker: b.clone() });
@@ -222,7 +222,7 @@ fn a_realisation_tells_its_history() {
 fn workers_are_listed_with_what_they_did() {
     let ledger = Ledger::with(20);
     let events = Events::open(&ledger.dir());
-    events.note(What::Registered { worker: "maker".into(), slots: 4, held: 0 });
+    events.note(What::Registered { worker: "maker".into(), slots: 4, held: 0, machine: None });
     events.note(What::Leased { index: 50, attempt: 1, worker: "maker".into() });
     events.note(What::Hung { index: 50, worker: "maker".into() });
     let document = document(&ledger, 0, &["workers", ".", "--json"]);
@@ -246,7 +246,10 @@ fn the_schema_describes_the_table_in_every_format() {
     let names: Vec<&str> = columns.iter().map(|c| c["name"].as_str().expect("a name")).collect();
     let csv = said(&ledger, 0, &["results", "."]);
     let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
-    assert_eq!(header, names);
+    let flat =
+        columns.iter().zip(&names).filter(|(column, _)| column["in_csv"] == true).map(|(_, name)| *name);
+    assert_eq!(header, flat.collect::<Vec<_>>());
+    assert_eq!(names.len() - header.len(), 3);
     let rows = document(&ledger, 0, &["results", ".", "--format", "json"]);
     for row in rows.as_array().expect("a list") {
         assert_eq!(row.as_object().expect("an object").len(), names.len());
@@ -255,6 +258,7 @@ fn the_schema_describes_the_table_in_every_format() {
             let sound = match column["type"].as_str().expect("a type") {
                 "text" => cell.as_str().is_some_and(|text| !text.is_empty()),
                 "integer" => cell.is_u64(),
+                "list of integers" => cell.as_array().is_some_and(|list| list.iter().all(Value::is_u64)),
                 _ => cell.is_f64(),
             };
             assert!(sound || cell.is_null() && !column["missing"].is_null(), "{name}: {cell}");
@@ -268,6 +272,25 @@ fn the_schema_describes_the_table_in_every_format() {
     assert_eq!((&bytes[..4], &bytes[bytes.len() - 4..]), (&b"PAR1"[..], &b"PAR1"[..]));
     let redirected = runout(&ledger, &["results", ".", "--format", "parquet"]);
     assert_eq!(redirected.stdout, bytes);
+}
+
+/// The profiles' CSV holds what JSON holds in lists; of a campaign without profiles it is refused.
+#[test]
+fn profiles_have_a_table_of_their_own() {
+    let ledger = Ledger::with(20);
+    let csv = said(&ledger, 0, &["results", ".", "--profiles"]);
+    let rows = document(&ledger, 0, &["results", ".", "--format", "json"]);
+    let columns = |row: &Value| {
+        let length = |name: &str| row[name].as_array().map_or(0, Vec::len);
+        length("deposit_depth_mm").max(length("highest_speed_mm_s"))
+    };
+    let expected: usize = rows.as_array().expect("a list").iter().map(columns).sum();
+    assert!(expected > 60, "{expected}");
+    assert_eq!(csv.lines().count(), 1 + expected);
+    assert!(csv.contains("\n0,0.0,0.5,1.5,") && csv.contains("\n0,0.5,1.0,1.5,"), "{csv}");
+
+    let text = said(&ledger, 0, &["explain", ".", "0"]);
+    assert!(text.contains("in front of the toe, at most 1.50 m deep, passed at up to"), "{text}");
 }
 
 /// As people read it; where Python and pyarrow are installed.
@@ -286,6 +309,7 @@ meta = {k.decode(): v.decode() for k, v in table.schema.metadata.items()}
 schema = json.loads(meta['runout.schema'])
 print(json.dumps({'names': table.column_names, 'rows': table.num_rows,
     'types': [str(f.type) for f in table.schema], 'described': len(schema['columns']),
+    'depths': table.column('deposit_depth_mm').to_pylist(),
     'nulls': table.column('toe_advance_m').null_count}))
 ";
     let Ok(output) = Command::new("python3").current_dir(ledger.dir()).args(["-c", script]).output() else {
@@ -306,6 +330,8 @@ print(json.dumps({'names': table.column_names, 'rows': table.num_rows,
         (&read["types"][0], &read["types"][1], &read["types"][2]),
         (&"int64".into(), &"string".into(), &"double".into())
     );
+    let depths = |index| outcome(index).profile.map(|profile| profile.depth_mm);
+    assert_eq!(read["depths"], serde_json::json!((0..rows).map(depths).collect::<Vec<_>>()));
 }
 
 /// Cached estimates tell the same as the whole log, and are not taken when they do not belong to it.

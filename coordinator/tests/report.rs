@@ -1,14 +1,14 @@
 //! The report is made from any number of outcomes, and of few it says what cannot be given.
 
 use runout::load::{self, Loaded};
-use runout::replays::profile::{Profile, Stations};
+use runout::machine::Machine;
 use runout::replays::{Replay, Scene};
 use runout::report::figures::Content;
 use runout::report::{self, Material, Replays, Report, Work};
-use runout_core::gimp::Energy;
 use runout_core::gimp::Kernel;
 use runout_core::marginal::{Family, Marginal};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::profile::{Profile, Stations};
 use runout_core::realisation::Prepared;
 use std::path::Path;
 
@@ -36,23 +36,17 @@ fn outcomes(count: u64) -> Vec<Outcome> {
             toe_advance_m: if kind == OutcomeKind::Stable { 0.0 } else { 0.8 * runout_m },
             crest_retreat_m: 0.3 * runout_m,
             moved_area_m2: 5.0 * runout_m,
-            deposit_height_at_toe_m: 0.0,
-            time_to_rest_s: None,
+            ..Measures::default()
         };
-        Outcome {
-            index,
-            outcome: kind,
-            reason: if kind == OutcomeKind::Failed { Reason::LeftGrid } else { Reason::AtRest },
-            measures: (kind != OutcomeKind::Failed).then_some(measures),
-            energy: (kind != OutcomeKind::Failed).then(Energy::default),
-            energy_drifted: false,
-            simulated_s: 5.0,
-            steps: 1,
-            points: 1,
-            digest: String::new(),
-        }
+        let failed = kind == OutcomeKind::Failed;
+        let reason = if failed { Reason::LeftGrid } else { Reason::AtRest };
+        Outcome { simulated_s: 5.0, ..Outcome::bare(index, kind, reason, (!failed).then_some(measures)) }
     };
     (0..count).map(of).collect()
+}
+
+fn machines() -> Vec<Machine> {
+    vec![Machine { processor: "Xeon <1>".to_owned(), kernel: "avx2".to_owned(), cores: 16 }]
 }
 
 fn of(loaded: &Loaded, outcomes: &[Outcome], notes: &[String]) -> Report {
@@ -76,7 +70,7 @@ fn with(
         notes,
         prepared,
         replays,
-        work: &[Work { worker: "a<b".to_owned(), realisations: 3, wall_s: 12.0 }],
+        work: &[Work { worker: "a<b".to_owned(), realisations: 3, wall_s: 12.0, machines: machines() }],
     })
     .expect("it can be drawn")
 }
@@ -132,10 +126,7 @@ fn equal_samples_have_no_spread_and_no_family() {
             max_displacement_m: 2.0,
             displacement_q999_m: 2.0,
             toe_advance_m: 2.0,
-            crest_retreat_m: 0.0,
-            moved_area_m2: 0.0,
-            deposit_height_at_toe_m: 0.0,
-            time_to_rest_s: None,
+            ..Measures::default()
         };
         outcome.measures = Some(one);
     }
@@ -235,6 +226,14 @@ fn the_profile_along_the_ground_falls_and_is_the_count_of_the_fronts() {
     assert_eq!(rows[0][1], "234");
 }
 
+/// The same depth everywhere, and twice as many metres a second.
+fn profile(loaded: &Loaded, depth_m: f64) -> Profile {
+    let stations = Stations::of(&loaded.spec.model.slope, &loaded.spec.model.mesh);
+    let depth_mm = (1000.0 * depth_m).round() as u32;
+    let all = |value: u32| vec![value; if value > 0 { stations.count } else { 0 }];
+    Profile { column_m: stations.width_m, depth_mm: all(depth_mm), speed_mm_s: all(2 * depth_mm) }
+}
+
 fn replay(loaded: &Loaded, outcome: &Outcome, depth_m: f64) -> Replay {
     let scene = Scene {
         x0: vec![-1.0, -2.0],
@@ -244,9 +243,7 @@ fn replay(loaded: &Loaded, outcome: &Outcome, depth_m: f64) -> Replay {
         plastic_strain: vec![0.3, 0.0],
         time_s: 4.0,
     };
-    let columns = Stations::of(&loaded.spec.model).count;
-    let profile = Profile { depth_m: vec![depth_m; columns], speed_m_s: vec![2.0 * depth_m; columns] };
-    Replay { outcome: outcome.clone(), profile, scene: Some(scene) }
+    Replay { outcome: outcome.clone(), profile: Some(profile(loaded, depth_m)), scene: Some(scene) }
 }
 
 #[test]
@@ -262,10 +259,12 @@ fn replays_give_depths_pictures_and_a_word_on_what_differs() {
     }
     replays.mean_properties = Some(replay(&loaded, &outcomes[0], 1.0));
     let report = with(&loaded, &outcomes, &[], Some(&prepared), &replays);
-    let rows = cells(&report.html, "Along the ground in front of the toe");
+    let rows = cells(&report.html, "Depths and speeds along the ground");
     let n = samples.len();
-    assert_eq!(rows[0][4], format!("{:.2}", n.div_ceil(2) as f64 - 1.0));
-    assert_eq!(rows[0][8], format!("{:.2}", 2.0 * ((0.9 * n as f64).ceil() - 1.0)));
+    assert_eq!(rows[0][1], format!("{:.2}", n.div_ceil(2) as f64 - 1.0));
+    assert_eq!(rows[0][7], format!("{:.2}", 2.0 * ((0.9 * n as f64).ceil() - 1.0)));
+    assert!(report.html.contains("chosen at random by the campaign's seed and replayed"));
+    assert_eq!(cells(&report.html, "Along the ground in front of the toe")[0].len(), 4);
     let pictures: Vec<&str> = report
         .figures
         .iter()
@@ -288,6 +287,37 @@ fn replays_give_depths_pictures_and_a_word_on_what_differs() {
     replays.realisations.get_mut(&samples[3]).expect("it was replayed").outcome.digest = "0".repeat(32);
     let page = with(&loaded, &outcomes, &[], Some(&prepared), &replays).html;
     assert!(page.contains(&format!("gave another outcome than the recorded one: {}.", samples[3])));
+}
+
+/// Where every sample has recorded its profile, the page rests on all of them, and says so; replayed ones do not count.
+#[test]
+fn recorded_profiles_come_before_replayed_ones() {
+    let loaded = loaded();
+    let mut outcomes = outcomes(60);
+    let mut replays = Replays::default();
+    let mut n = 0.0;
+    for outcome in outcomes.iter_mut().filter(|o| o.outcome == OutcomeKind::Runout) {
+        outcome.profile = Some(profile(&loaded, n / 10.0));
+        replays.realisations.insert(outcome.index, replay(&loaded, outcome, 99.0));
+        replays.profiled.push(outcome.index);
+        n += 1.0;
+    }
+    let page = with(&loaded, &outcomes, &[], None, &replays).html;
+    let rows = cells(&page, "Depths and speeds along the ground");
+    assert_eq!(rows[0][1], format!("{:.2}", ((n / 2.0_f64).ceil() - 1.0) / 10.0));
+    assert!(page.contains(&format!("all {n} samples, each of which recorded its own")));
+    // Depths of 0, 0.1 ... m: six of them are not above half a metre, eleven not above one.
+    let decided = outcomes.iter().filter(|o| o.outcome != OutcomeKind::Failed).count() as f64;
+    let deeper = &cells(&page, "Along the ground in front of the toe")[0];
+    // Shown to three digits.
+    let is = |cell: &str, beyond: f64| {
+        let shown: f64 = cell.trim_end_matches(" %").parse().expect("a share");
+        (shown - 100.0 * beyond / decided).abs() <= 0.05
+    };
+    assert!(is(&deeper[4], n - 6.0) && is(&deeper[6], n - 11.0), "{deeper:?}");
+
+    let machine = &cells(&page, "On what machines")[0];
+    assert_eq!(machine[..5], ["Xeon &lt;1&gt;", "avx2", "16", "1", "3"]);
 }
 
 /// Every chart is well-formed, and everybody can tell what a figure shows: it has words, and its name stands in the page.

@@ -7,12 +7,12 @@ use tempfile::TempDir;
 const CAMPAIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../campaigns/quick/campaign.toml");
 
 /// A folder with the program `runout`, something in the place of `runout-worker`, which is only looked for here, and an
-/// empty folder `work`.
+/// empty folder.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::copy(env!("CARGO_BIN_EXE_runout"), folder.path().join("runout")).unwrap();
     fs::write(folder.path().join("runout-worker"), "").unwrap();
-    fs::create_dir(folder.path().join("work")).unwrap();
+    fs::create_dir(folder.path().join("slope 7")).unwrap();
     folder
 }
 
@@ -20,7 +20,7 @@ fn submit(folder: &TempDir, more: &[&str]) -> Output {
     Command::new(folder.path().join("runout"))
         .args(["submit", "slurm", CAMPAIGN, "--out", "run 1"])
         .args(more)
-        .current_dir(folder.path().join("work"))
+        .current_dir(folder.path().join("slope 7"))
         // No sbatch, wherever this runs.
         .env("PATH", "/nowhere")
         .output()
@@ -28,7 +28,7 @@ fn submit(folder: &TempDir, more: &[&str]) -> Output {
 }
 
 fn files_made(folder: &TempDir) -> usize {
-    fs::read_dir(folder.path().join("work")).unwrap().count()
+    fs::read_dir(folder.path().join("slope 7")).unwrap().count()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn a_dry_run_prints_the_scripts_and_leaves_nothing() {
     ] {
         assert!(said.contains(part), "{part} in\n{said}");
     }
-    let run_directory = format!("run_directory='{}/work/run 1'", folder.path().display());
+    let run_directory = format!("run_directory='{}'", folder.path().join("slope 7").join("run 1").display());
     assert!(said.contains(&run_directory), "{run_directory} in\n{said}");
     assert_eq!(files_made(&folder), 0);
 }

@@ -18,6 +18,7 @@ use runout_core::copula::{Copula, Sampler};
 use runout_core::field::{FieldPlan, FieldSample, Scratch};
 use runout_core::gimp::{Body, Kernel};
 use runout_core::marginal::{Family, Marginal, Quantile};
+use runout_core::profile::{Recorder, Stations};
 use runout_core::realisation::{Prepared, Progress, Source};
 use runout_core::spec::Spec;
 use std::collections::BTreeMap;
@@ -70,6 +71,7 @@ fn parts() -> Vec<Part> {
         field_part(),
         preparation_part(),
         realisation_part(),
+        profile_part(),
     ];
     parts.extend(copula_parts());
     parts.extend(marginal_parts());
@@ -144,6 +146,24 @@ fn realisation_part() -> Part {
                 let outcome =
                     prepared.analyse(Source::Deterministic, f64::INFINITY, quiet, &Progress::default());
                 black_box(outcome.expect("nothing cancels it"));
+            }
+        }),
+    }
+}
+
+/// A look at what passes in front of the toe: every 0.05 s, that is once in dozens of steps.
+fn profile_part() -> Part {
+    let model = spec(Formulation::TwoPhase).model;
+    Part {
+        name: "look at the profile along the ground, a point".to_owned(),
+        rounds: [10, 110],
+        units: flowing_slope(Formulation::TwoPhase, STEP_CELL_M).points.len(),
+        work: Box::new(move |looks| {
+            let body = Body::new(flowing_slope(Formulation::TwoPhase, STEP_CELL_M), KERNEL);
+            let body = body.expect("a sound model");
+            let mut recorder = Recorder::new(Stations::of(&model.slope, &model.mesh));
+            for _ in 0..looks {
+                black_box(&mut recorder).look(black_box(&body).motion());
             }
         }),
     }

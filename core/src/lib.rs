@@ -11,7 +11,8 @@
 //! 6. [`field`] turns a stream into cross-correlated random fields.
 //! 7. [`slope`] and [`points`] lay out the geometry and the material points.
 //! 8. [`gimp`] carries the points through failure to rest.
-//! 9. [`runout`] measures what moved; [`outcome`] is the record of one realisation.
+//! 9. [`runout`] measures what moved, [`profile`] what it did to the ground in front of the toe; [`outcome`] is the record
+//!    of one realisation.
 //! 10. [`realisation`] is the whole way from (spec, index) to an outcome.
 //! 11. [`estimate`] folds outcomes, in index order, into estimates, intervals and the stopping decision.
 //!
@@ -76,6 +77,7 @@ pub mod slope;
 
 pub mod gimp;
 
+pub mod profile;
 pub mod runout;
 
 pub mod outcome;

@@ -4,6 +4,7 @@
 //! attempt, wall time) is kept beside it by whoever ran it.
 
 use crate::gimp::Energy;
+use crate::profile::Profile;
 use serde::{Deserialize, Serialize};
 
 /// What became of a realisation.
@@ -89,8 +90,9 @@ impl Reason {
     }
 }
 
-/// What moved, and how far. Definitions stand in [`crate::runout`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// What moved, and how far. Definitions stand in [`crate::runout`]. The default is of ground that did not move and is not
+/// known to be at rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// Largest displacement of any material point, m (the paper's "runout distance").
     pub max_displacement_m: f64,
@@ -129,11 +131,31 @@ pub struct Outcome {
     pub steps: u64,
     /// Number of material points.
     pub points: u64,
+    /// What it did along the ground; absent if the campaign does not ask for it, or the analysis failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<Profile>,
     /// BLAKE3 digest (hexadecimal, 32 digits) of the points' final state and of all of the above.
     pub digest: String,
 }
 
 impl Outcome {
+    /// An outcome of which no more is known: no time, steps, points, profile or digest, and no energy moved.
+    pub fn bare(index: u64, outcome: OutcomeKind, reason: Reason, measures: Option<Measures>) -> Outcome {
+        Outcome {
+            index,
+            outcome,
+            reason,
+            measures,
+            energy: measures.map(|_| Energy::default()),
+            energy_drifted: false,
+            simulated_s: 0.0,
+            steps: 0,
+            points: 0,
+            profile: None,
+            digest: String::new(),
+        }
+    }
+
     /// What its reader must know of it, in the words of the results table: `still-moving`, `energy-drift`, both joined by
     /// `+`, or nothing.
     pub fn mark(&self) -> &'static str {

@@ -1,10 +1,11 @@
 //! The time loop allocates nothing once it has warmed up: neither in the steps, nor where it sorts the points, nor where
-//! the rule for rest looks at them. Allocations cost time, and more of it the more threads there are.
+//! the rule for rest looks at them, nor where the profile along the ground is recorded. Allocations cost time, and more of it the more threads there are.
 
 mod bodies;
 
-use runout_core::campaign::{Formulation, VolumetricStrain};
+use runout_core::campaign::{Contact, Formulation, Mesh, Slope, Surface, VolumetricStrain};
 use runout_core::gimp::{Body, End, Grid, InitialPoints, Kernel, Limits, RestRule, run};
+use runout_core::profile::{Recorder, Stations};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -74,7 +75,11 @@ fn falling_bank(formulation: Formulation) -> Body {
 }
 
 /// Allocations of this thread in the time loop after the warm-up, and how many steps it took.
-fn allocations(formulation: Formulation, rest: Option<RestRule>) -> (u64, u64) {
+fn allocations(
+    formulation: Formulation,
+    rest: Option<RestRule>,
+    mut recorder: Option<Recorder>,
+) -> (u64, u64) {
     let mut body = falling_bank(formulation);
     let before = body.positions();
     let limits = Limits { duration_s: DURATION_S, maximum_steps: u64::MAX, rest };
@@ -84,19 +89,24 @@ fn allocations(formulation: Formulation, rest: Option<RestRule>) -> (u64, u64) {
         if body.time_s() >= WARM_UP_S {
             first.get_or_insert(last);
         }
+        if let Some(recorder) = &mut recorder {
+            recorder.look(body.motion());
+        }
         ControlFlow::Continue(())
     });
     assert_eq!(end, End::Duration);
     let moved = before.iter().zip(body.positions()).map(|(a, b)| b[0] - a[0]).fold(0.0, f64::max);
     // A point that crosses cells has made the loop sort: that is done once per quarter of a cell.
     assert!(moved > 0.5, "the bank moves by {moved} m only");
+    let reached = recorder.map(|recorder| recorder.finish().speed_mm_s.len());
+    assert!(reached.is_none_or(|columns| columns > 0), "there is nothing in the profile");
     let first = first.expect("it takes longer than the warm-up");
     (last.0 - first.0, last.1 - first.1)
 }
 
-fn assert_none(rest: Option<RestRule>) {
+fn assert_none(rest: Option<RestRule>, recorder: impl Fn() -> Option<Recorder>) {
     for formulation in [Formulation::OnePhase, Formulation::TwoPhase] {
-        let (allocations, steps) = allocations(formulation, rest);
+        let (allocations, steps) = allocations(formulation, rest, recorder());
         assert!(steps > 100, "{steps} steps");
         assert_eq!(allocations, 0, "{formulation:?}: allocations in {steps} steps");
     }
@@ -104,16 +114,26 @@ fn assert_none(rest: Option<RestRule>) {
 
 #[test]
 fn steps_do_not_allocate() {
-    assert_none(None);
+    assert_none(None, || None);
+}
+
+/// In front of the bank of 6 m, which begins at the recorder's toe: everything in it is in front.
+#[test]
+fn recording_the_profile_does_not_allocate() {
+    let surface = Surface::Uniform { height_m: 3.0, angle_rad: 1.0, crest_width_m: 4.0 };
+    let slope = Slope { surface, foundation_depth_m: 0.0, runout_plain_m: 20.0, base: Contact::Fixed };
+    let mesh = Mesh { cell_size_m: 0.5, points_per_cell_side: 2 };
+    assert_none(None, || Some(Recorder::new(Stations::of(&slope, &mesh))));
 }
 
 /// A rule that never holds, so that every window is looked at.
 #[test]
 fn the_rule_for_rest_does_not_allocate() {
-    assert_none(Some(RestRule {
+    let rule = RestRule {
         kinetic_energy_share: 1e-12,
         velocity_m_s: 1e-12,
         hold_s: WINDOW_S,
         pressure_change_pa: 0.0,
-    }));
+    };
+    assert_none(Some(rule), || None);
 }

@@ -12,7 +12,6 @@ use runout_core::estimate::exceedance::{curve, empirical_distance};
 use runout_core::estimate::moments::Moments;
 use runout_core::estimate::rule::earliest_paper_stop;
 use runout_core::estimate::{Decision, Estimator, OutOfOrder, interval};
-use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 
 const SHAPE: f64 = 2.3;
@@ -21,27 +20,9 @@ const MEAN_M: f64 = 5.315_488;
 const SD_M: f64 = 2.450_885;
 
 fn outcome(index: u64, kind: OutcomeKind, runout_m: f64, reason: Reason) -> Outcome {
-    let measures = Measures {
-        max_displacement_m: runout_m,
-        displacement_q999_m: runout_m,
-        toe_advance_m: 0.0,
-        crest_retreat_m: 0.0,
-        moved_area_m2: 0.0,
-        deposit_height_at_toe_m: 0.0,
-        time_to_rest_s: None,
-    };
-    Outcome {
-        index,
-        outcome: kind,
-        reason,
-        measures: (kind != OutcomeKind::Failed).then_some(measures),
-        energy: (kind != OutcomeKind::Failed).then(Energy::default),
-        energy_drifted: false,
-        simulated_s: 10.0,
-        steps: 1,
-        points: 1,
-        digest: String::new(),
-    }
+    let measures =
+        Measures { max_displacement_m: runout_m, displacement_q999_m: runout_m, ..Measures::default() };
+    Outcome::bare(index, kind, reason, (kind != OutcomeKind::Failed).then_some(measures))
 }
 
 fn sample(index: u64, runout_m: f64) -> Outcome {
@@ -50,7 +31,7 @@ fn sample(index: u64, runout_m: f64) -> Outcome {
 
 fn estimator(rule: StopRule, minimum: u64, maximum: u64, on_failure: OnFailure) -> Estimator {
     let stop = Stop { rule, minimum_realisations: minimum, maximum_realisations: maximum };
-    let sample = Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 0.1 };
+    let sample = Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 0.1, profile: false };
     Estimator::new(&stop, &sample, &Run { on_failure, audit_fraction: 0.0 })
 }
 
@@ -345,7 +326,8 @@ fn a_fold_is_taken_up_where_it_was_left() {
                     let saved = serde_json::to_string(&parts.save()).unwrap();
                     let stop =
                         Stop { rule: rule.clone(), minimum_realisations: 300, maximum_realisations: 400 };
-                    let sample = Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 0.1 };
+                    let sample =
+                        Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 0.1, profile: false };
                     let run = Run { on_failure: OnFailure::Exclude, audit_fraction: 0.0 };
                     let saved: runout_core::estimate::saved::Saved = serde_json::from_str(&saved).unwrap();
                     let samples = parts.samples_m().to_vec();

@@ -10,6 +10,8 @@ pub const MOST_LEASES: usize = 8192;
 pub const HIGHEST_ATTEMPT: u32 = 1 << 30;
 /// Most slots of a worker.
 pub const MOST_SLOTS: u32 = 4096;
+/// Most cores of a worker's machine.
+pub const MOST_CORES: u32 = 65_536;
 /// Most characters of a name or of an identity.
 const LONGEST_NAME: usize = 128;
 /// Longest time between heartbeats, s.
@@ -33,6 +35,13 @@ impl Check for v1::RegisterRequest {
         name("name", &self.name)?;
         if !(1..=MOST_SLOTS).contains(&self.slots) {
             return Err(bad("slots", self.slots, "it must be 1 to 4096"));
+        }
+        if let Some(machine) = &self.machine {
+            name("machine.processor", &machine.processor)?;
+            name("machine.kernel", &machine.kernel)?;
+            if !(1..=MOST_CORES).contains(&machine.cores) {
+                return Err(bad("machine.cores", machine.cores, "it must be 1 to 65536"));
+            }
         }
         leases("held", &self.held)
     }
@@ -199,6 +208,7 @@ mod tests {
             name: "knoten-ä 1".into(),
             slots: 4096,
             held: vec![v1::LeaseRef { index: u64::MAX, attempt: 1 }],
+            machine: Some(v1::Machine { processor: "Xeon".into(), kernel: "avx2".into(), cores: 65_536 }),
         };
         assert_eq!(sound.check(), Ok(()));
         let with = |change: fn(&mut v1::RegisterRequest)| {
@@ -218,6 +228,16 @@ mod tests {
         assert!(with(|r| r.held[0].attempt = 0).starts_with("held = 0"));
         assert!(with(|r| r.held[0].attempt = u32::MAX).starts_with("held = 4294967295"));
         assert!(with(|r| r.held = vec![r.held[0]; 8193]).starts_with("held = 8193"));
+        assert_eq!(v1::RegisterRequest { machine: None, ..sound.clone() }.check(), Ok(()));
+        let with = |change: fn(&mut v1::Machine)| {
+            let mut request = sound.clone();
+            change(request.machine.as_mut().unwrap());
+            said(&request)
+        };
+        assert!(with(|m| m.processor = "\u{1b}".into()).starts_with("machine.processor = \\u{1b}"));
+        assert!(with(|m| m.kernel.clear()).starts_with("machine.kernel ="));
+        assert!(with(|m| m.cores = 0).starts_with("machine.cores = 0"));
+        assert!(with(|m| m.cores = 65_537).starts_with("machine.cores = 65537"));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::v1;
 use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::profile::{MOST_COLUMNS, MOST_DEPTH_MM, MOST_SPEED_MM_S, Profile};
 use thiserror::Error;
 
 /// A message that cannot be understood.
@@ -57,6 +58,11 @@ pub fn encode_outcome(outcome: &Outcome) -> v1::Outcome {
         simulated_s: outcome.simulated_s,
         steps: outcome.steps,
         points: outcome.points,
+        profile: outcome.profile.as_ref().map(|p| v1::Profile {
+            column_m: p.column_m,
+            depth_mm: p.depth_mm.clone(),
+            speed_mm_s: p.speed_mm_s.clone(),
+        }),
         digest: outcome.digest.clone(),
     }
 }
@@ -64,7 +70,8 @@ pub fn encode_outcome(outcome: &Outcome) -> v1::Outcome {
 /// The outcome that arrived.
 ///
 /// # Errors
-/// A field that is missing, not finite or out of its range; measures of a failed analysis or none of another.
+/// A field that is missing, not finite or out of its range; measures of a failed analysis or none of another; a failed
+/// analysis' profile.
 pub fn decode_outcome(wire: Option<v1::Outcome>) -> Result<Outcome, DecodeError> {
     let wire = wire.ok_or(DecodeError::Missing { field: "outcome" })?;
     let outcome = decode_kind(wire.kind())?;
@@ -94,6 +101,12 @@ pub fn decode_outcome(wire: Option<v1::Outcome>) -> Result<Outcome, DecodeError>
         simulated_s: non_negative("outcome.simulated_s", wire.simulated_s)?,
         steps: wire.steps,
         points: wire.points,
+        profile: match wire.profile {
+            Some(_) if outcome == OutcomeKind::Failed => {
+                return Err(bad("outcome.profile", "present", "a failed analysis has none"));
+            }
+            profile => profile.map(decode_profile).transpose()?,
+        },
         digest: hexadecimal("outcome.digest", wire.digest, 32)?,
     })
 }
@@ -181,6 +194,32 @@ fn decode_energy(wire: &v1::Energy) -> Result<Energy, DecodeError> {
     })
 }
 
+fn decode_profile(wire: v1::Profile) -> Result<Profile, DecodeError> {
+    let v1::Profile { column_m, depth_mm, speed_mm_s } = wire;
+    if !(column_m.is_finite() && column_m > 0.0) {
+        return Err(bad("profile.column_m", column_m, "it must be finite and greater than 0"));
+    }
+    Ok(Profile {
+        column_m,
+        depth_mm: compact("profile.depth_mm", depth_mm, MOST_DEPTH_MM)?,
+        speed_mm_s: compact("profile.speed_mm_s", speed_mm_s, MOST_SPEED_MM_S)?,
+    })
+}
+
+/// Values of columns, in the one form that they have.
+fn compact(field: &'static str, values: Vec<u32>, most: u32) -> Result<Vec<u32>, DecodeError> {
+    if values.len() > MOST_COLUMNS {
+        return Err(bad(field, format!("{} values", values.len()), "at most 64 may stand there"));
+    }
+    if let Some(value) = values.iter().find(|value| **value > most) {
+        return Err(bad(field, value, "it must be at most 10^7"));
+    }
+    match values.last() {
+        Some(0) => Err(bad(field, "0 at the end", "columns after the last that is not 0 are left out")),
+        _ => Ok(values),
+    }
+}
+
 fn encode_kind(kind: OutcomeKind) -> v1::outcome::Kind {
     match kind {
         OutcomeKind::Runout => v1::outcome::Kind::Runout,
@@ -253,6 +292,7 @@ mod tests {
             simulated_s: 4.0,
             steps: 1000,
             points: 10_125,
+            profile: Some(Profile { column_m: 0.5, depth_mm: vec![900, 0, 20], speed_mm_s: vec![7000] }),
             digest: "0123456789abcdef0123456789abcdef".to_owned(),
         }
     }
@@ -275,6 +315,18 @@ mod tests {
             said(|w| w.energy.as_mut().unwrap().drag_j = f64::INFINITY).starts_with("energy.drag_j = inf")
         );
         assert!(said(|w| w.kind = 3).starts_with("outcome.measures = present"));
+        let of_failed = said(|w| (w.kind, w.measures, w.energy) = (3, None, None));
+        assert!(of_failed.starts_with("outcome.profile = present"), "{of_failed}");
+        let profile = |change: fn(&mut v1::Profile)| {
+            let mut wire = encode_outcome(&outcome());
+            change(wire.profile.as_mut().unwrap());
+            decode_outcome(Some(wire)).unwrap_err().to_string()
+        };
+        assert!(profile(|p| p.column_m = f64::NAN).starts_with("profile.column_m = NaN"));
+        assert!(profile(|p| p.column_m = 0.0).starts_with("profile.column_m = 0"));
+        assert!(profile(|p| p.depth_mm = vec![1; 65]).starts_with("profile.depth_mm = 65 values"));
+        assert!(profile(|p| p.depth_mm.push(0)).starts_with("profile.depth_mm = 0 at the end"));
+        assert!(profile(|p| p.speed_mm_s[0] = 10_000_001).starts_with("profile.speed_mm_s = 10000001"));
     }
 
     proptest! {
@@ -285,8 +337,10 @@ mod tests {
             rest in proptest::option::of(0.0..1e2_f64),
             reason in 0..Reason::ALL.len(),
             failed: bool,
+            depth_mm in proptest::option::of(proptest::collection::vec(1..=MOST_DEPTH_MM, 0..=MOST_COLUMNS)),
         ) {
             let mut sent = outcome();
+            sent.profile = depth_mm.map(|depth_mm| Profile { depth_mm, ..sent.profile.unwrap() });
             sent.index = index;
             sent.reason = Reason::ALL[reason];
             if let Some(measures) = &mut sent.measures {
@@ -295,7 +349,7 @@ mod tests {
             }
             if failed {
                 sent.outcome = OutcomeKind::Failed;
-                (sent.measures, sent.energy) = (None, None);
+                (sent.measures, sent.energy, sent.profile) = (None, None, None);
             }
             prop_assert_eq!(decode_outcome(Some(encode_outcome(&sent))).unwrap(), sent);
         }

@@ -80,6 +80,11 @@ fn sound_messages(n: u64) -> Vec<Vec<u8>> {
         name: text(n / 3),
         slots: 1 + (n % 4096) as u32,
         held: leases.clone(),
+        machine: (n.is_multiple_of(2)).then(|| v1::Machine {
+            processor: text(n / 5),
+            kernel: text(n / 7),
+            cores: 1 + (n % 65_536) as u32,
+        }),
     };
     let registered = v1::RegisterReply {
         worker_id: n,
@@ -131,6 +136,11 @@ fn sound_outcome(n: u64, number: f64) -> v1::Outcome {
         simulated_s: number,
         steps: n,
         points: n / 2,
+        profile: (!failed && n.is_multiple_of(2)).then(|| v1::Profile {
+            column_m: 0.5,
+            depth_mm: (0..n % 64).map(|column| 1 + (n.wrapping_mul(column) % 10_000_000) as u32).collect(),
+            speed_mm_s: (0..n % 7).map(|column| 1 + column as u32).collect(),
+        }),
         digest: format!("{n:032x}"),
         energy: (!failed).then_some(energy),
         energy_drifted: n.is_multiple_of(5),

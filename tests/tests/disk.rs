@@ -28,6 +28,8 @@ fn a_full_disk_ends_the_campaign_and_room_lets_it_go_on() {
     let mut full = cluster.runout_limited(&RUN, 640, &[("SYNTHETIC_MS", "0")]);
     assert_eq!(full.exit_code(), 1, "{}", full.errors());
     assert!(full.errors().contains("error: cannot store outcomes"), "{}", full.errors());
+    let advice = "nothing acknowledged is lost, repair this and run the command again";
+    assert!(full.errors().contains(advice), "{}", full.errors());
     assert!(full.errors().contains("File too large"), "{}", full.errors());
     let kept = recorded(&out);
     assert!(kept > 20, "{kept} outcomes were recorded before the disk was full");

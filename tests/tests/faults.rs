@@ -266,6 +266,7 @@ fn a_worker_of_another_build_or_machine_is_refused() {
         name: "test".into(),
         slots: 1,
         held: vec![],
+        machine: None,
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async {

@@ -3,15 +3,20 @@
 //! checks on their own side, so that those on the other side are seen too.
 
 use runout::tls::{Authority, Pair, Validity};
-use runout_proto::tls::{Role, refusal};
+use runout_proto::tls::{Credentials, Role, refusal};
 use runout_proto::v1;
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_tests::{COARSE, Cluster, Process, recorded, results, wait_for};
+use rustls::crypto::ring;
+use rustls::{ClientConfig, RootCertStore};
 use std::fs;
 use std::io::Read;
 use std::net::TcpStream;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio_rustls::TlsConnector;
 use tonic::transport::{Certificate, Channel, ClientTlsConfig, Endpoint, Identity};
 use tonic::{Code, Status};
 
@@ -370,4 +375,61 @@ impl Plain {
     fn call<T, F: Future<Output = T>>(&mut self, call: impl FnOnce(CoordinatorClient<Channel>) -> F) -> T {
         self.runtime.block_on(call(self.grpc.clone()))
     }
+}
+
+fn port(url: &str) -> &str {
+    url.trim().trim_end_matches('/').rsplit(':').next().unwrap()
+}
+
+/// What the page at `url` answers to a browser that trusts the authority in `tls` and shows this role's certificate, if any.
+fn browse(url: &str, tls: &Path, role: Option<Role>) -> std::io::Result<String> {
+    let shown = |role| Credentials::load(tls, role).unwrap();
+    let mut authorities = RootCertStore::empty();
+    authorities.add(shown(Role::Operator).authority).unwrap();
+    let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+        .with_protocol_versions(&[&rustls::version::TLS13])
+        .unwrap()
+        .with_root_certificates(authorities);
+    let config = match role.map(shown) {
+        Some(own) => config.with_client_auth_cert(own.chain, own.key).unwrap(),
+        None => config.with_no_client_auth(),
+    };
+    block_on(async {
+        let stream = tokio::net::TcpStream::connect(format!("127.0.0.1:{}", port(url))).await?;
+        let host = "127.0.0.1".try_into().unwrap();
+        let mut stream = TlsConnector::from(Arc::new(config)).connect(host, stream).await?;
+        stream.write_all(b"GET / HTTP/1.1\r\nhost: page\r\nconnection: close\r\n\r\n").await?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).await?;
+        Ok(answer)
+    })
+}
+
+#[test]
+fn beyond_loopback_the_page_is_for_who_may_look() {
+    let cluster = Cluster::new(&campaign());
+    init(&cluster, "tls");
+    let mut refused = cluster.runout(&["serve", "campaign.toml", "--out", "out", "--page", "0.0.0.0:0"]);
+    assert_eq!(refused.exit_code(), 2);
+    assert!(refused.errors().contains("--page 0.0.0.0:0: it can be reached from other machines"));
+
+    let (coordinator, _) = cluster.serve("out", &["--tls", "tls", "--page", "0.0.0.0:0"]);
+    let url = wait_for("the page", || fs::read_to_string(cluster.path("out/page.addr")).ok());
+    assert!(url.starts_with("https://"), "{url}");
+    let tls = cluster.path("tls");
+    for role in [Role::Operator, Role::Worker] {
+        let seen = browse(&url, &tls, Some(role)).unwrap();
+        assert!(seen.starts_with("HTTP/1.1 200 ") && seen.contains("<h1 id=\"name\">coarse</h1>"), "{seen}");
+    }
+    let error = browse(&url, &tls, None).unwrap_err();
+    assert!(error.to_string().contains("CertificateRequired"), "{error}");
+    coordinator.wait_until_said("to the page refused: it shows no certificate");
+    init(&cluster, "other");
+    let error = browse(&url, &cluster.path("other"), Some(Role::Operator)).unwrap_err();
+    assert!(error.to_string().contains("invalid peer certificate"), "{error}");
+
+    let plain = runout_tests::http::get(&format!("http://127.0.0.1:{}", port(&url)), "/");
+    assert_eq!(plain.status, 400);
+    assert!(plain.body.contains("this page speaks TLS only"), "{}", plain.body);
+    drop(coordinator);
 }

@@ -1,5 +1,5 @@
-//! A campaign through a real Slurm of one node: a worker cancelled, the coordinator requeued at its time limit and
-//! resumed, everything cancelled, submitted again and finished, with the same results to the byte as a local run.
+//! A campaign through a real Slurm of one node, with TLS: a worker cancelled, the coordinator requeued at its time limit
+//! and resumed, the campaign cancelled, submitted again and finished, with the same results to the byte as a local run.
 //!
 //! Needs root and Debian's slurm-wlm and munge; says so and passes where they are not there.
 
@@ -122,6 +122,14 @@ fn a_campaign_survives_cancelled_workers_and_time_limits() {
     assert_eq!(status.exit_code(), 0);
     assert!(status.output().contains("coarse: running"), "{}", status.output());
 
+    // Encrypted, with certificates of its own: who has none is not let in.
+    let url = std::fs::read_to_string(out.join("coordinator.addr")).expect("an address");
+    assert!(url.starts_with("https://"), "{url}");
+    let tls = out.join("tls");
+    let asked = |more: &[&str]| node.runout(&cluster, &[&["status", url.trim()], more].concat()).exit_code();
+    assert_eq!(asked(&["--tls", tls.to_str().expect("UTF-8")]), 0);
+    assert_eq!(asked(&[]), 2);
+
     // A second submission beside the first one is refused.
     let again = ["submit", "slurm", "campaign.toml", "--out", OUT, "--workers", "2", "--time", TIME];
     let mut second = node.runout(&cluster, &again);
@@ -153,8 +161,8 @@ fn a_campaign_survives_cancelled_workers_and_time_limits() {
         (recorded(&out) > before + 1).then_some(())
     });
 
-    // Everything cancelled, and what was recorded is there.
-    node.slurm("scancel", &[&coordinator, &workers]).expect("scancel works");
+    // The campaign cancelled: its jobs leave the queue, and what was recorded is there.
+    assert_eq!(node.runout(&cluster, &["cancel", OUT]).exit_code(), 0);
     wait_up_to(LONG, "an empty queue", || {
         (node.states(&coordinator).is_empty() && node.states(&workers).is_empty()).then_some(())
     });

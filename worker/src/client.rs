@@ -8,8 +8,8 @@ use runout_proto::convert::{DecodeError, readable};
 use runout_proto::tls::{EndpointError, TlsError, refusal};
 use runout_proto::v1::coordinator_client::CoordinatorClient;
 use runout_proto::v1::{
-    HeartbeatReply, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseReply, LeaseRequest, RegisterRequest,
-    ReleaseRequest, ReportReply, ReportRequest,
+    HeartbeatReply, HeartbeatRequest, LeaseProgress, LeaseRef, LeaseReply, LeaseRequest, Machine,
+    RegisterRequest, ReleaseRequest, ReportReply, ReportRequest,
 };
 use runout_proto::{LONGEST_POLL_S, MESSAGE_LIMIT_BYTES, identity};
 use std::hash::{BuildHasher, RandomState};
@@ -98,6 +98,8 @@ pub struct Introduction {
     pub build: String,
     /// What this machine computes; see [`identity::fingerprint`].
     pub fingerprint: String,
+    /// What this machine is.
+    pub machine: Machine,
 }
 
 /// A connection. Heartbeat and slots have one each, and share the registration.
@@ -173,6 +175,7 @@ impl Client {
             name: self.introduction.name.clone(),
             slots: self.introduction.slots,
             held,
+            machine: Some(self.introduction.machine.clone()),
         };
         let reply = self
             .retried(|mut grpc| {

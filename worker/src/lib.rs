@@ -1,7 +1,8 @@
 //! A Runout worker: pulls leases from a coordinator, runs realisations, reports outcomes.
 //!
 //! * [`client`] is the only gRPC here: registration, calls that are retried with back-off, reconnection.
-//! * [`runner`] has the slots: lease, compute on a thread of its own, spool, report until acknowledged.
+//! * [`runner`] has the slots: lease, compute on a thread of its own; `delivery` spools and reports until acknowledged, while
+//!   the slot goes on.
 //! * [`heartbeat`] is a thread of its own, which computation cannot block.
 //! * [`spool`] keeps outcomes on disk until the coordinator has acknowledged them.
 //! * [`board`] is what slots and heartbeat share: leases held, their progress, and whether to go on.
@@ -12,9 +13,11 @@
 pub mod address;
 pub mod board;
 pub mod client;
+mod delivery;
 mod documents;
 pub mod heartbeat;
 pub mod leave;
+pub mod machine;
 pub mod options;
 pub mod process;
 pub mod runner;

@@ -1,9 +1,11 @@
-//! The slots: each leases a realisation, computes it on a thread of its own, spools the outcome, and reports it
-//! until it is acknowledged.
+//! The slots: each leases a realisation, computes it on a thread of its own, and hands the outcome on to be delivered
+//! while it computes the next.
 
 use crate::board::{Board, Held, Mode, reached};
 use crate::client::{Client, ClientError, Introduction};
+use crate::delivery::{Outgoing, broke, deliver_left_behind, give_back};
 use crate::leave::Leave;
+use crate::machine::machine;
 use crate::options::Options;
 use crate::spool::Spool;
 use crate::{Prepare, Realise, heartbeat};
@@ -12,7 +14,6 @@ use runout_core::realisation::Cancelled;
 use runout_proto::convert::encode_outcome;
 use runout_proto::identity::{self, KernelError};
 use runout_proto::logging;
-use runout_proto::v1::report_reply::Verdict;
 use runout_proto::v1::{LeaseRef, ReleaseRequest, ReportRequest, lease_reply};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -67,11 +68,11 @@ pub enum WorkerError {
 }
 
 /// What every slot works with.
-struct Work {
-    client: Client,
-    board: Arc<Board>,
+pub(crate) struct Work {
+    pub(crate) client: Client,
+    pub(crate) board: Arc<Board>,
     leave: Leave,
-    spool: Spool,
+    pub(crate) spool: Spool,
     realise: Realise,
     stuck_after: Duration,
     grace: Duration,
@@ -102,7 +103,13 @@ pub async fn run(
     let way = options.way()?;
     let kernel = identity::kernel()?;
     let fingerprint = identity::fingerprint(kernel);
-    let introduction = Introduction { name: options.name(), slots: options.slots(), build, fingerprint };
+    let introduction = Introduction {
+        name: options.name(),
+        slots: options.slots(),
+        build,
+        fingerprint,
+        machine: machine(kernel),
+    };
     let leave = Leave::new(options.leave_after, options.idle_leave, options.grace);
     let url = tokio::select! {
         url = way.address.wait(options.give_up_after) => url,
@@ -165,64 +172,59 @@ async fn leave_when_asked(work: Arc<Work>, mut interrupts: watch::Receiver<u32>,
     work.board.raise(Mode::Stopping);
 }
 
-/// Delivers what an earlier process with the same spool left behind.
-async fn deliver_left_behind(work: Arc<Work>) -> Result<(), WorkerError> {
-    let reports = work.spool.left_behind().unwrap_or_else(|error| {
-        tracing::warn!("the spool cannot be read: {error}");
-        Vec::new()
-    });
-    if !reports.is_empty() {
-        tracing::info!("delivering {} outcomes that an earlier worker left behind", reports.len());
-    }
-    for (path, report) in reports {
-        match deliver(&work, report).await {
-            Ok(true) => work.spool.forget(&path),
-            Ok(false) => return Ok(()),
-            Err(ClientError::Refused(why)) => {
-                tracing::warn!("an outcome left behind is refused: {why}");
-                work.spool.forget(&path);
-            }
-            Err(error) => return Err(error.into()),
-        }
+/// Leases and computes until there is nothing more to do. While one outcome is on its way the next realisation is leased
+/// and begun; no second outcome is handed in before the first one has arrived, so that no more than one is on its way.
+async fn slot(work: Arc<Work>) -> Result<(), WorkerError> {
+    let mut outgoing = Outgoing::default();
+    let ended = work_through(&work, &mut outgoing).await;
+    outgoing.arrived().await?;
+    if ended? == Ended::Finished {
+        tracing::info!("nothing left to do");
+        work.board.raise(Mode::Stopping);
     }
     Ok(())
 }
 
-async fn slot(work: Arc<Work>) -> Result<(), WorkerError> {
+/// Why a slot takes no more leases.
+#[derive(PartialEq)]
+enum Ended {
+    /// The coordinator has nothing left to do.
+    Finished,
+    /// The worker leaves.
+    Leaving,
+}
+
+async fn work_through(work: &Arc<Work>, outgoing: &mut Outgoing) -> Result<Ended, WorkerError> {
     let mut mode = work.board.mode();
     loop {
         if work.leave.is_too_late() {
             tracing::info!("what is left of the time is too short for another realisation");
-            return Ok(());
+            return Ok(Ended::Leaving);
         }
         let id = work.board.registration().worker_id;
         let reply = tokio::select! {
             biased;
-            () = reached(&mut mode, Mode::Draining) => return Ok(()),
+            () = reached(&mut mode, Mode::Draining) => return Ok(Ended::Leaving),
             reply = work.client.lease(id) => reply?,
         };
         let Some(reply) = reply else {
             tokio::select! {
                 renewed = work.board.renew(&work.client, id) => renewed?,
-                () = reached(&mut mode, Mode::Draining) => return Ok(()),
+                () = reached(&mut mode, Mode::Draining) => return Ok(Ended::Leaving),
             }
             continue;
         };
         match (reply.kind(), reply.lease) {
             // The call may have been held open for long.
             (lease_reply::Kind::Assigned, Some(lease)) if work.leave.is_too_late() => {
-                give_back(&work, lease, None).await;
+                give_back(work, lease, None).await;
             }
-            (lease_reply::Kind::Assigned, Some(lease)) => run_lease(&work, lease).await?,
-            (lease_reply::Kind::Finished, _) => {
-                tracing::info!("nothing left to do");
-                work.board.raise(Mode::Stopping);
-                return Ok(());
-            }
+            (lease_reply::Kind::Assigned, Some(lease)) => run_lease(work, lease, outgoing).await?,
+            (lease_reply::Kind::Finished, _) => return Ok(Ended::Finished),
             (lease_reply::Kind::Draining, _) => {
                 tokio::select! {
                     () = tokio::time::sleep(DRAINING_WAIT) => {}
-                    () = reached(&mut mode, Mode::Draining) => return Ok(()),
+                    () = reached(&mut mode, Mode::Draining) => return Ok(Ended::Leaving),
                 }
             }
             _ => {}
@@ -230,12 +232,12 @@ async fn slot(work: Arc<Work>) -> Result<(), WorkerError> {
     }
 }
 
-async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), WorkerError> {
+async fn run_lease(work: &Arc<Work>, lease: LeaseRef, outgoing: &mut Outgoing) -> Result<(), WorkerError> {
     let held = work.board.take(lease);
     tracing::debug!(index = lease.index, attempt = lease.attempt, "realisation {} begins", lease.index);
     let (computed, wall) = compute(work, &held, lease.index).await;
     work.leave.note(wall);
-    let broken = match computed {
+    match computed {
         Computed::Outcome(outcome) => {
             held.reporting.store(true, Ordering::Relaxed);
             let report = ReportRequest {
@@ -245,33 +247,19 @@ async fn run_lease(work: &Arc<Work>, lease: LeaseRef) -> Result<(), WorkerError>
                 outcome: Some(encode_outcome(&outcome)),
                 wall_s: wall.as_secs_f64(),
             };
-            match report_until_acknowledged(work, report).await {
-                Err(ClientError::Refused(why)) => Some(format!("the outcome was refused: {why}")),
-                other => {
-                    other?;
-                    None
-                }
-            }
+            outgoing.hand_in(work, lease, report).await?;
         }
-        Computed::Cancelled => None,
-        Computed::Broken(message) => Some(message),
+        Computed::Cancelled => work.board.drop_lease(lease),
+        Computed::Broken(message) => {
+            work.board.drop_lease(lease);
+            broke(work, lease, message).await;
+        }
         Computed::Stuck => {
             work.board.drop_lease(lease);
             return stuck(work, lease.index);
         }
-    };
-    work.board.drop_lease(lease);
-    if let Some(message) = broken {
-        let (index, attempt) = (lease.index, lease.attempt);
-        tracing::error!(index, attempt, "realisation {index} broke: {message}");
-        give_back(work, lease, Some(message)).await;
     }
     Ok(())
-}
-
-async fn give_back(work: &Work, lease: LeaseRef, error: Option<String>) {
-    let worker_id = work.board.registration().worker_id;
-    work.client.release(ReleaseRequest { worker_id, leases: vec![lease], error, leaving: false }).await;
 }
 
 /// A computation that does not end takes its slot with it. Threads cannot be ended from outside, so the whole process
@@ -291,7 +279,7 @@ fn stuck(work: &Arc<Work>, index: u64) -> Result<(), WorkerError> {
 }
 
 enum Computed {
-    Outcome(Outcome),
+    Outcome(Box<Outcome>),
     Cancelled,
     Broken(String),
     /// It was cancelled and has not ended within the limit.
@@ -313,7 +301,7 @@ async fn compute(work: &Arc<Work>, held: &Arc<Held>, index: u64) -> (Computed, D
         Ok(_) => tokio::select! {
             biased;
             ended = result => match ended {
-                Ok(Ok(Ok(outcome))) => Computed::Outcome(outcome),
+                Ok(Ok(Ok(outcome))) => Computed::Outcome(Box::new(outcome)),
                 Ok(Ok(Err(Cancelled))) => Computed::Cancelled,
                 Ok(Err(panic)) => Computed::Broken(panic_message(panic.as_ref())),
                 Err(_) => Computed::Broken("the computing thread ended without a result".to_owned()),
@@ -342,47 +330,4 @@ fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
     format!("panic: {}", text.unwrap_or("without a message"))
-}
-
-async fn report_until_acknowledged(work: &Arc<Work>, report: ReportRequest) -> Result<(), ClientError> {
-    let kept = work.spool.keep(&report);
-    if let Err(error) = &kept {
-        tracing::warn!("the outcome is not spooled and lives in memory only: {error}");
-    }
-    let delivered = deliver(work, report).await;
-    let settled = matches!(delivered, Ok(true) | Err(ClientError::Refused(_)));
-    if let (true, Ok(path)) = (settled, kept) {
-        work.spool.forget(&path);
-    }
-    delivered.map(|_| ())
-}
-
-/// Delivers a report; false if the worker had to stop before it was acknowledged.
-async fn deliver(work: &Arc<Work>, mut report: ReportRequest) -> Result<bool, ClientError> {
-    let mut mode = work.board.mode();
-    let index = report.outcome.as_ref().map_or(0, |o| o.index);
-    loop {
-        let id = work.board.registration().worker_id;
-        report.worker_id = id;
-        let reply = tokio::select! {
-            biased;
-            reply = work.client.report(&report) => reply?,
-            () = reached(&mut mode, Mode::Stopping) => return Ok(false),
-        };
-        match reply.map(|r| r.verdict()) {
-            Some(Verdict::Conflict) => {
-                let attempt = report.attempt;
-                tracing::error!(index, attempt, "realisation {index}: another worker got other bits");
-                return Ok(true);
-            }
-            Some(verdict) => {
-                tracing::debug!("realisation {index}, attempt {}: {}", report.attempt, verdict.as_str_name());
-                return Ok(true);
-            }
-            None => tokio::select! {
-                renewed = work.board.renew(&work.client, id) => renewed?,
-                () = reached(&mut mode, Mode::Stopping) => return Ok(false),
-            },
-        }
-    }
 }

@@ -55,7 +55,7 @@ async fn cancel(args: &CancelArgs) -> Result<CancelReply, Failure> {
             ))
         };
         let url = url.ok_or_else(nobody)?;
-        (connect_as_announced(&url, args.tls.folder()).await.map_err(failed)?, Some(digest))
+        (connect_as_announced(&url, path, args.tls.folder()).await.map_err(failed)?, Some(digest))
     };
     let request = CancelRequest { spec_digest };
     let call = |mut grpc: CoordinatorClient<Channel>| {

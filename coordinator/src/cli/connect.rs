@@ -68,16 +68,19 @@ pub(super) fn connect(url: &str, folder: Option<&Path>) -> Result<CoordinatorCli
         .max_encoding_message_size(MESSAGE_LIMIT_BYTES))
 }
 
-/// As [`connect`], for an address that a run directory names: a coordinator without TLS is asked without, whatever
-/// is set for others.
+/// As [`connect`], for an address that the run directory `out` names: a coordinator without TLS is asked without, whatever
+/// is set for others, and one with TLS with the run directory's own certificates, where no others are given.
 ///
 /// # Errors
 /// As there. That there are no certificates for `https://` is said only where somebody listens.
 pub(super) async fn connect_as_announced(
     url: &str,
+    out: &Path,
     folder: Option<&Path>,
 ) -> Result<CoordinatorClient<Channel>, AskError> {
     let Some(address) = url.strip_prefix("https://") else { return connect(url, None) };
+    let own = out.join(crate::tls::FOLDER);
+    let folder = folder.or_else(|| own.is_dir().then_some(own.as_path()));
     if folder.is_none() {
         let listens = tokio::time::timeout(ANSWER_LIMIT, tokio::net::TcpStream::connect(address)).await;
         if !matches!(listens, Ok(Ok(_))) {

@@ -14,6 +14,7 @@ use clap::Args;
 use runout_core::campaign::Campaign;
 use runout_core::estimate::Decision;
 use runout_core::outcome::{OutcomeKind, Reason};
+use runout_core::profile::Profile;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -230,10 +231,25 @@ fn in_words(record: &Record) -> String {
     let moved = outcome.measures.as_ref().map_or(String::new(), |m| {
         format!(", 99.9 % of the points moved at most {:.3} m", m.displacement_q999_m)
     });
+    let along = outcome.profile.as_ref().map_or(String::new(), in_front);
     format!(
-        "{} ({}){moved}{mark}; digest {}; attempt {attempt} on {worker}, {wall_s:.2} s",
+        "{} ({}){moved}{along}{mark}; digest {}; attempt {attempt} on {worker}, {wall_s:.2} s",
         outcome.outcome.name(),
         outcome.reason.name(),
         outcome.digest
+    )
+}
+
+/// What it did to the ground in front of the toe.
+fn in_front(profile: &Profile) -> String {
+    let highest = |columns: usize, of: &dyn Fn(usize) -> f64| (0..columns).map(of).fold(0.0, f64::max);
+    let depth_m = highest(profile.depth_mm.len(), &|column| profile.depth_m(column));
+    let speed_m_s = highest(profile.speed_mm_s.len(), &|column| profile.speed_m_s(column));
+    if depth_m == 0.0 && speed_m_s == 0.0 {
+        return ", nothing came to lie or passed in front of the toe".to_owned();
+    }
+    format!(
+        ", deposits up to {:.1} m in front of the toe, at most {depth_m:.2} m deep, passed at up to {speed_m_s:.2} m/s",
+        profile.depth_mm.len() as f64 * profile.column_m
     )
 }

@@ -1,8 +1,9 @@
 //! `runout init`: writes a commented example campaign and its data.
 
-use super::{Failure, print};
+use super::{Failure, print, print_json};
 use clap::{Args, ValueEnum};
 use include_dir::{Dir, include_dir};
+use serde::Serialize;
 use std::path::PathBuf;
 
 static ELKHORN_RIVER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/elkhorn-river");
@@ -10,7 +11,7 @@ static SALT_CREEK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/salt
 static LAYERED_SLOPE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/layered-slope");
 static QUICK: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../campaigns/quick");
 
-/// `runout init DIR [--example NAME]`
+/// `runout init DIR [--example NAME] [--json]`
 #[derive(Debug, Args)]
 pub struct InitArguments {
     /// Directory to write into; made if it is not there
@@ -18,6 +19,16 @@ pub struct InitArguments {
     /// Which example to write
     #[arg(long, value_enum, default_value = "elkhorn-river")]
     example: Example,
+    /// Print the files written as one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// The names of this document are a contract.
+#[derive(Debug, Serialize)]
+struct Document {
+    campaign: String,
+    files: Vec<String>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -59,15 +70,17 @@ pub(super) fn init(arguments: &InitArguments) -> Result<(), Failure> {
         )));
     }
     std::fs::create_dir_all(dir).map_err(|e| fault(dir, e))?;
-    let mut said = String::new();
     for (path, contents) in &targets {
         std::fs::write(path, contents).map_err(|e| fault(path, e))?;
-        said.push_str(&format!("wrote {}\n", path.display()));
     }
-    said.push_str(&format!(
-        "next: runout check {0}, runout run {0} --out runs/first\n",
-        dir.join("campaign.toml").display()
-    ));
-    print(&said)?;
-    Ok(())
+    let campaign = dir.join("campaign.toml").display().to_string();
+    let files: Vec<String> = targets.iter().map(|(path, _)| path.display().to_string()).collect();
+    if arguments.json {
+        return print_json(&Document { campaign, files });
+    }
+    let said: String = files.iter().map(|file| format!("wrote {file}\n")).collect();
+    print(&format!(
+        "{said}next: read {campaign}, then runout check {campaign}, runout fit {campaign}, \
+         runout run {campaign} --out runs/first\n"
+    ))
 }

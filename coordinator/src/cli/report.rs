@@ -2,6 +2,8 @@
 
 use super::analysis::prepare;
 use super::{Failure, print, run_records::RunRecords, say};
+use crate::events::{self, What};
+use crate::machine::Machine;
 use crate::replays::{self, ReplayError, Wanted};
 use crate::report::analysis::analyse;
 use crate::report::figures::Content;
@@ -12,7 +14,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Prepared, Source};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +23,8 @@ use std::path::{Path, PathBuf};
 pub struct ReportArguments {
     /// Run directory; report.html, figures/ and replays/ are written into it
     dir: PathBuf,
-    /// Samples chosen at random and replayed for deposit depths and speeds along the ground; what was replayed before is kept
+    /// Samples chosen at random and replayed for deposit depths and speeds along the ground, where the campaign does not record
+    /// them in every realisation (sample.profile); what was replayed before is kept
     #[arg(long, value_name = "N", default_value = "20", value_parser = clap::value_parser!(u16).range(0..=1000))]
     profiles: u16,
     /// No pictures of the median, 90th and 99th percentile and longest slide, and no run with mean properties
@@ -50,7 +53,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
         notes: &notes,
         prepared: Some(&prepared),
         replays: &replays,
-        work: &work(run.decided()),
+        work: &work(run.decided(), machines(dir)?),
     })
     .map_err(|e| Failure::work(dir.display(), e))?;
     let figures = dir.join("figures");
@@ -88,7 +91,8 @@ fn replay(
     }
     let analysis = analyse(&run.loaded.campaign, outcomes);
     let seed = run.view.spec.seed;
-    let profiled = Replays::choose(&analysis.indices, usize::from(arguments.profiles), seed);
+    let profiles = if run.view.spec.model.sample.profile { 0 } else { usize::from(arguments.profiles) };
+    let profiled = Replays::choose(&analysis.indices, profiles, seed);
     let mut wanted: BTreeMap<u64, bool> = profiled.iter().map(|index| (*index, false)).collect();
     if !arguments.no_gallery {
         wanted.extend(analysis.picks.iter().map(|pick| (pick.index, true)));
@@ -126,8 +130,19 @@ fn progress(records: &[Record], count: usize, outstanding: usize) -> ProgressBar
     bar
 }
 
+/// What each worker said of its machine, by name.
+fn machines(dir: &Path) -> Result<BTreeMap<String, BTreeSet<Machine>>, Failure> {
+    let mut machines: BTreeMap<String, BTreeSet<Machine>> = BTreeMap::new();
+    let read = events::read(dir, |noted| {
+        if let What::Registered { worker, machine: Some(machine), .. } = noted.what {
+            machines.entry(worker).or_default().insert(machine);
+        }
+    });
+    read.map(|_| machines).map_err(|e| Failure::work(dir.join(events::EVENTS_FILE).display(), e))
+}
+
 /// What each worker did, by name; what the coordinator gave up itself was no work.
-fn work(records: &[Record]) -> Vec<Work> {
+fn work(records: &[Record], mut machines: BTreeMap<String, BTreeSet<Machine>>) -> Vec<Work> {
     let mut work: BTreeMap<&str, Work> = BTreeMap::new();
     for record in records.iter().filter(|record| record.attempt > 0) {
         let name = record.worker.as_str();
@@ -135,6 +150,7 @@ fn work(records: &[Record]) -> Vec<Work> {
             worker: name.to_owned(),
             realisations: 0,
             wall_s: 0.0,
+            machines: machines.remove(name).into_iter().flatten().collect(),
         });
         of_worker.realisations += 1;
         of_worker.wall_s += record.wall_s;

@@ -5,9 +5,9 @@ use crate::outcomes::{self, Row, parquet};
 use crate::store::write_atomically_with;
 use clap::{Args, ValueEnum};
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// `runout results DIR [--format csv|json|parquet] [--out FILE]`, `runout results --schema`
+/// `runout results DIR [--format csv|json|parquet | --profiles] [--out FILE]`, `runout results --schema`
 #[derive(Debug, Args)]
 pub struct ResultsArguments {
     /// Run directory
@@ -16,11 +16,15 @@ pub struct ResultsArguments {
     /// Format of the table
     #[arg(long, value_enum, default_value = "csv")]
     format: Format,
+    /// CSV of deposit depths and highest speeds along the ground instead: a row a realisation and column of the ground
+    /// (JSON and Parquet have them as lists)
+    #[arg(long, conflicts_with = "format")]
+    profiles: bool,
     /// Write the table into this file instead of to standard output
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print, as JSON, what every column is: name, type, unit, meaning, when it is missing
-    #[arg(long, conflicts_with_all = ["dir", "format", "out"])]
+    #[arg(long, conflicts_with_all = ["dir", "format", "profiles", "out"])]
     schema: bool,
 }
 
@@ -43,7 +47,7 @@ pub(super) fn results(arguments: &ResultsArguments) -> Result<(), Failure> {
     }
     let run = RunRecords::read(dir)?;
     run.warn();
-    let table = table(&run, arguments.format)?;
+    let table = if arguments.profiles { profiles(&run, dir)? } else { table(&run, arguments.format)? };
     match &arguments.out {
         None if arguments.format == Format::Parquet => print_bytes(&table),
         None => print(&String::from_utf8(table).map_err(|e| Failure::work("the table", e))?),
@@ -67,6 +71,16 @@ fn table(run: &RunRecords, format: Format) -> Result<Vec<u8>, Failure> {
             parquet::write(records, origin, &mut table).map_err(|e| Failure::work("Parquet", e))?;
         }
     }
+    Ok(table)
+}
+
+fn profiles(run: &RunRecords, dir: &Path) -> Result<Vec<u8>, Failure> {
+    if !run.view.spec.model.sample.profile {
+        let none = "its campaign records no profiles along the ground; those with sample.profile = true do";
+        return Err(Failure::Input(format!("{}: {none}", dir.display())));
+    }
+    let mut table = Vec::new();
+    outcomes::write_profiles_csv(run.decided(), &mut table).map_err(|e| Failure::work("CSV", e))?;
     Ok(table)
 }
 

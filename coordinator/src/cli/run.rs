@@ -62,7 +62,7 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
         // Workers of this machine only: anything beyond loopback is for `runout serve`, or protected.
         let access = Access { tls: tls.clone(), ..Access::default() };
         let listener = Listener::bind(args.listen, &access).await.map_err(ServeError::from)?;
-        let page = args.showing.listen(&args.out, false).await?;
+        let page = args.showing.listen(&args.out, &access).await?;
         let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);

@@ -78,7 +78,7 @@ pub fn main(args: &ServeArgs) -> Result<u8, Failure> {
         let tls = args.tls.folder().map(Path::to_owned);
         let access = Access { tls, insecure: args.insecure, advertise: args.advertise.clone() };
         let listener = Listener::bind(args.listen, &access).await.map_err(ServeError::from)?;
-        let page = args.showing.listen(&args.out, args.insecure).await?;
+        let page = args.showing.listen(&args.out, &access).await?;
         let mut coordinator = serve::open(&loaded, &args.out, &options)?;
         if coordinator.shared.engine().is_over() {
             return finish(&coordinator.shared.status(), &args.out, args.json);

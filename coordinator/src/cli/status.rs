@@ -152,7 +152,7 @@ async fn look(args: &StatusArgs) -> Result<Status, Failure> {
     let path = Path::new(target);
     let frame = run_directory::read_frame(path).map_err(|e| Failure::Input(e.to_string()))?;
     if let Some(url) = frame.address {
-        let asked = match connect_as_announced(&url, tls).await {
+        let asked = match connect_as_announced(&url, path, tls).await {
             Ok(client) => ask(client).await,
             Err(error) => Err(error),
         };

@@ -131,12 +131,13 @@ fn submitted(plan: &Plan, jobs: &Jobs, out: &Path) -> String {
         "{}: submitted the coordinator as job {coordinator} and {} workers as job {workers}\n  \
          where it stands: runout status {}\n  \
          scripts and logs: {}\n  \
-         to stop: scancel {coordinator} {workers} (the same command again goes on)\n  \
+         to stop: runout cancel {}, or scancel {coordinator} {workers} (the same command again goes on)\n  \
          more workers: sbatch --array=1-10 {}\n",
         plan.name,
         plan.workers,
         shell_word(out),
         plan.folder().display(),
+        shell_word(out),
         shell_word(&plan.worker_script())
     )
 }

@@ -1,7 +1,7 @@
 //! `runout tls`: certificates for coordinator, workers and operators.
 
 use super::{Failure, print};
-use crate::tls::{self, Validity};
+use crate::tls::{self, Names, Validity};
 use clap::{Args, Subcommand};
 use runout_proto::tls::{AUTHORITY_FILE, Credentials, Role, VARIABLE, read_certificate};
 use std::fmt::Write;
@@ -40,6 +40,10 @@ pub struct InitArgs {
     /// and ::1
     #[arg(long = "host", value_name = "NAME-or-IP")]
     pub hosts: Vec<String>,
+    /// Name that clients are to expect in the coordinator's certificate whatever host its URL names: for a coordinator
+    /// whose machine is not known beforehand. It need not be a name of any machine.
+    #[arg(long, value_name = "NAME")]
+    pub server_name: Option<String>,
     /// Days until the certificates run out
     #[arg(long, value_name = "N", default_value = "365", value_parser = clap::value_parser!(u32).range(1..=3650))]
     pub days: u32,
@@ -64,8 +68,9 @@ pub fn main(command: &TlsCommand) -> Result<(), Failure> {
 }
 
 fn init(args: &InitArgs) -> Result<(), Failure> {
-    let hosts = tls::init(&args.dir, &args.hosts, Validity::days(args.days))
-        .map_err(|e| Failure::Input(e.to_string()))?;
+    let names = Names { hosts: args.hosts.clone(), server: args.server_name.clone() };
+    let hosts =
+        tls::init(&args.dir, &names, Validity::days(args.days)).map_err(|e| Failure::Input(e.to_string()))?;
     let dir = args.dir.display();
     print(&format!(
         "{dir}: certificates for {days} days; the coordinator's is for {hosts}\n\

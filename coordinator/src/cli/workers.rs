@@ -3,6 +3,7 @@
 use super::{Failure, print, print_json};
 use crate::events;
 use crate::history::{WorkerRecord, Workers};
+use crate::machine::Machine;
 use crate::run_directory;
 use crate::status::duration;
 use crate::store::LOG_FILE;
@@ -57,6 +58,7 @@ fn text(records: &[WorkerRecord]) -> String {
         "open",
         "first seen",
         "last seen",
+        "machine",
     ]);
     let moment = |at: &Option<String>| at.as_deref().map_or("-".to_owned(), |at| at[..19].replace('T', " "));
     for of in records {
@@ -72,6 +74,7 @@ fn text(records: &[WorkerRecord]) -> String {
             of.open.to_string(),
             moment(&of.first_seen),
             moment(&of.last_seen),
+            of.machine.as_ref().map_or("-".to_owned(), Machine::to_string),
         ]);
     }
     table.render() + "times are UTC; losses and times are known as far as events.log goes back\n"

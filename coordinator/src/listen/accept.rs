@@ -30,7 +30,7 @@ const LAST_BYTES: usize = 64 << 10;
 static NOTES: Notes = Notes::new();
 
 /// Why a connection was not let in.
-enum Refused {
+pub(crate) enum Refused {
     /// It went away without a word: somebody looks whether the port is open.
     Silent,
     /// In words.
@@ -49,6 +49,12 @@ async fn accept(socket: TcpListener, tls: Option<TlsAcceptor>, ready: mpsc::Send
     let places = Arc::new(Semaphore::new(most));
     let turns = Arc::new(Semaphore::new(limits::HANDSHAKES));
     loop {
+        // Whoever comes when too many have not yet shown who they are waits with the system, for a limited time each: of a
+        // thousand workers that start together none is sent away.
+        let turn = tokio::select! {
+            turn = Arc::clone(&turns).acquire_owned() => turn,
+            () = ready.closed() => return,
+        };
         let accepted = tokio::select! {
             accepted = socket.accept() => accepted,
             () = ready.closed() => return,
@@ -65,16 +71,9 @@ async fn accept(socket: TcpListener, tls: Option<TlsAcceptor>, ready: mpsc::Send
             NOTES.say(&format!("connection from {peer} refused: {most} are open already"));
             continue;
         };
-        let Ok(turn) = Arc::clone(&turns).try_acquire_owned() else {
-            let most = limits::HANDSHAKES;
-            NOTES.say(&format!(
-                "connection from {peer} refused: {most} others have not yet shown who they are"
-            ));
-            continue;
-        };
         let (tls, ready) = (tls.clone(), ready.clone());
         tokio::spawn(async move {
-            let shown = let_in(stream, peer, tls).await;
+            let shown = let_in(stream, peer, tls.as_ref(), goodbye).await;
             drop(turn);
             match shown {
                 Ok((bytes, caller)) => {
@@ -88,26 +87,29 @@ async fn accept(socket: TcpListener, tls: Option<TlsAcceptor>, ready: mpsc::Send
     }
 }
 
-/// Has the peer show its certificate, if there is TLS.
-async fn let_in(
+/// Has the peer show its certificate, if there is TLS; one that does not speak TLS is told so, in the bytes that `goodbye`
+/// makes of the words.
+pub(crate) async fn let_in(
     stream: TcpStream,
     peer: SocketAddr,
-    tls: Option<TlsAcceptor>,
+    tls: Option<&TlsAcceptor>,
+    goodbye: fn(&str) -> Vec<u8>,
 ) -> Result<(Bytes, Caller), Refused> {
     // Small messages shall not wait for others; if that cannot be had, it is slower.
     let _ = stream.set_nodelay(true);
     let Some(tls) = tls else {
-        return Ok((Bytes::Plain(stream), Caller::new(peer, Standing::Unprotected)));
+        return Ok((Bytes::Left(stream), Caller::new(peer, Standing::Unprotected)));
     };
     let limit = limits::HANDSHAKE_LIMIT;
     let late = |_| Refused::Because(format!("it has not shown who it is within {limit:?}"));
-    timeout(limit, shake_hands(stream, peer, &tls)).await.map_err(late)?
+    timeout(limit, shake_hands(stream, peer, tls, goodbye)).await.map_err(late)?
 }
 
 async fn shake_hands(
     mut stream: TcpStream,
     peer: SocketAddr,
     tls: &TlsAcceptor,
+    goodbye: fn(&str) -> Vec<u8>,
 ) -> Result<(Bytes, Caller), Refused> {
     let mut first = [0];
     match stream.peek(&mut first).await {
@@ -123,7 +125,7 @@ async fn shake_hands(
     match tls.accept(stream).into_fallible().await {
         Ok(stream) => {
             let roles = roles_of(&stream);
-            Ok((Bytes::Tls(Box::new(stream)), Caller::new(peer, Standing::Certified(roles))))
+            Ok((Bytes::Right(Box::new(stream)), Caller::new(peer, Standing::Certified(roles))))
         }
         Err((error, stream)) => {
             end(stream).await;

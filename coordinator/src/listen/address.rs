@@ -35,7 +35,7 @@ impl FromStr for Advertised {
 }
 
 /// Host and port for others: as advertised, or as listened on; this machine's name where that is every interface.
-pub(super) fn for_others(bound: SocketAddr, advertised: Option<&Advertised>) -> (String, u16) {
+pub(crate) fn for_others(bound: SocketAddr, advertised: Option<&Advertised>) -> (String, u16) {
     let host = match advertised {
         Some(advertised) => advertised.host.clone(),
         None if bound.ip().is_unspecified() => host_name().unwrap_or_else(|| here(bound.ip())),

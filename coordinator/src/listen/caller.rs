@@ -80,8 +80,12 @@ impl Caller {
 
     /// Waits until the next call of this connection is due: at once below the permitted rate.
     pub async fn pace(&self) {
-        let due = self.next(Instant::now());
-        tokio::time::sleep_until(due).await;
+        let now = Instant::now();
+        let due = self.next(now);
+        // No timer is set for what need not wait.
+        if due > now {
+            tokio::time::sleep_until(due).await;
+        }
     }
 
     fn next(&self, now: Instant) -> Instant {

@@ -9,6 +9,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio_rustls::server::TlsStream;
+use tokio_util::either::Either;
 use tonic::transport::server::Connected;
 
 /// A connection that was let in.
@@ -20,12 +21,8 @@ pub struct Connection {
     _place: OwnedSemaphorePermit,
 }
 
-/// What carries the bytes.
-#[derive(Debug)]
-pub(super) enum Bytes {
-    Plain(TcpStream),
-    Tls(Box<TlsStream<TcpStream>>),
-}
+/// What carries the bytes: plain, or through TLS.
+pub(crate) type Bytes = Either<TcpStream, Box<TlsStream<TcpStream>>>;
 
 impl Connection {
     pub(super) fn new(bytes: Bytes, caller: Caller, place: OwnedSemaphorePermit) -> Connection {
@@ -47,19 +44,13 @@ impl AsyncRead for Connection {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        match &mut self.get_mut().bytes {
-            Bytes::Plain(stream) => Pin::new(stream).poll_read(context, buffer),
-            Bytes::Tls(stream) => Pin::new(stream.as_mut()).poll_read(context, buffer),
-        }
+        Pin::new(&mut self.get_mut().bytes).poll_read(context, buffer)
     }
 }
 
 impl AsyncWrite for Connection {
     fn poll_write(self: Pin<&mut Self>, context: &mut Context<'_>, buffer: &[u8]) -> Poll<io::Result<usize>> {
-        match &mut self.get_mut().bytes {
-            Bytes::Plain(stream) => Pin::new(stream).poll_write(context, buffer),
-            Bytes::Tls(stream) => Pin::new(stream.as_mut()).poll_write(context, buffer),
-        }
+        Pin::new(&mut self.get_mut().bytes).poll_write(context, buffer)
     }
 
     fn poll_write_vectored(
@@ -67,30 +58,18 @@ impl AsyncWrite for Connection {
         context: &mut Context<'_>,
         buffers: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        match &mut self.get_mut().bytes {
-            Bytes::Plain(stream) => Pin::new(stream).poll_write_vectored(context, buffers),
-            Bytes::Tls(stream) => Pin::new(stream.as_mut()).poll_write_vectored(context, buffers),
-        }
+        Pin::new(&mut self.get_mut().bytes).poll_write_vectored(context, buffers)
     }
 
     fn is_write_vectored(&self) -> bool {
-        match &self.bytes {
-            Bytes::Plain(stream) => stream.is_write_vectored(),
-            Bytes::Tls(stream) => stream.is_write_vectored(),
-        }
+        self.bytes.is_write_vectored()
     }
 
     fn poll_flush(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match &mut self.get_mut().bytes {
-            Bytes::Plain(stream) => Pin::new(stream).poll_flush(context),
-            Bytes::Tls(stream) => Pin::new(stream.as_mut()).poll_flush(context),
-        }
+        Pin::new(&mut self.get_mut().bytes).poll_flush(context)
     }
 
     fn poll_shutdown(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match &mut self.get_mut().bytes {
-            Bytes::Plain(stream) => Pin::new(stream).poll_shutdown(context),
-            Bytes::Tls(stream) => Pin::new(stream.as_mut()).poll_shutdown(context),
-        }
+        Pin::new(&mut self.get_mut().bytes).poll_shutdown(context)
     }
 }

@@ -10,20 +10,23 @@ mod caller;
 mod connection;
 mod notes;
 
+pub(crate) use accept::{Refused, let_in};
+pub(crate) use address::for_others;
 pub use address::{Advertised, host_name};
 pub use caller::{Caller, Right, Standing};
 pub use connection::Connection;
 pub use notes::Notes;
 
+use crate::limits;
 use runout_proto::tls::{Credentials, Role, TlsError};
 use rustls::server::{NoServerSessionStorage, WebPkiClientVerifier};
 use rustls::{RootCertStore, ServerConfig};
 use std::io;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio_rustls::TlsAcceptor;
 use tokio_stream::wrappers::ReceiverStream;
 
@@ -106,7 +109,7 @@ impl Listener {
             return Err(ListenError::Insecure(address));
         }
         let failed = |error| ListenError::Listen { address, error };
-        let socket = TcpListener::bind(address).await.map_err(failed)?;
+        let socket = listen(address).map_err(failed)?;
         let bound = socket.local_addr().map_err(failed)?;
         let (host, port) = address::for_others(bound, access.advertise.as_ref());
         if let Some(own) = &credentials
@@ -124,10 +127,7 @@ impl Listener {
         let url = format!("{scheme}://{host}:{port}");
         let local_url = format!("{scheme}://{}", address::from_here(bound));
         let tls = match (credentials, &access.tls) {
-            (Some(own), Some(folder)) => {
-                let failed = |error: String| ListenError::Tls { folder: folder.clone(), error };
-                Some(TlsAcceptor::from(Arc::new(server_config(own).map_err(failed)?)))
-            }
+            (Some(own), Some(folder)) => Some(acceptor(own, folder, b"h2")?),
             _ => None,
         };
         Ok(Listener { socket, tls, url, local_url })
@@ -149,8 +149,17 @@ impl Listener {
     }
 }
 
+/// What makes TLS of connections, with the coordinator's certificate from `folder`, for one protocol (by its ALPN name).
+///
+/// # Errors
+/// The TLS library refuses the certificate.
+pub(crate) fn acceptor(own: Credentials, folder: &Path, protocol: &[u8]) -> Result<TlsAcceptor, ListenError> {
+    let failed = |error| ListenError::Tls { folder: folder.to_owned(), error };
+    Ok(TlsAcceptor::from(Arc::new(server_config(own, protocol).map_err(failed)?)))
+}
+
 /// TLS 1.3 only, with a certificate from every client.
-fn server_config(own: Credentials) -> Result<ServerConfig, String> {
+fn server_config(own: Credentials, protocol: &[u8]) -> Result<ServerConfig, String> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let mut authorities = RootCertStore::empty();
     authorities.add(own.authority).map_err(|e| e.to_string())?;
@@ -163,9 +172,50 @@ fn server_config(own: Credentials) -> Result<ServerConfig, String> {
         .with_client_cert_verifier(verifier)
         .with_single_cert(own.chain, own.key)
         .map_err(|e| e.to_string())?;
-    config.alpn_protocols = vec![b"h2".to_vec()];
+    config.alpn_protocols = vec![protocol.to_vec()];
     // A resumed session would not look at the certificate's dates again.
     config.session_storage = Arc::new(NoServerSessionStorage {});
     config.send_tls13_tickets = 0;
     Ok(config)
+}
+
+/// Listens, with room for as many who come at once as may be connected: beyond the usual 1,024 the system drops what they
+/// send, and breaks the connection a minute later.
+fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // As any server's: the port of a coordinator that was killed can be taken at once.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(limits::CONNECTIONS as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::TcpStream;
+    use std::time::Duration;
+
+    /// More than the 1,024 that would be usual, and less than the 4,096 that Linux allows.
+    const AT_ONCE: usize = 1500;
+    /// Less than the second after which the system tries again what was dropped.
+    const SOON: Duration = Duration::from_millis(900);
+
+    #[tokio::test]
+    async fn many_that_connect_at_once_need_not_try_again() {
+        let socket = listen(([127, 0, 0, 1], 0).into()).unwrap();
+        let address = socket.local_addr().unwrap();
+        let mut connected = Vec::new();
+        for _ in 0..AT_ONCE {
+            match TcpStream::connect_timeout(&address, SOON) {
+                Ok(stream) => connected.push(stream),
+                // This process may open fewer files (`ulimit -n`): nothing is shown.
+                Err(error) if error.raw_os_error() == Some(24) => {
+                    println!("NOT TESTED with {AT_ONCE} connections: {error} after {}", connected.len());
+                    return;
+                }
+                Err(error) => panic!("connection {}: {error}", connected.len()),
+            }
+        }
+    }
 }

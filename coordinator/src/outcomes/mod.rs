@@ -3,6 +3,8 @@
 //! The description ([`COLUMNS`]) is the only place that knows what a column is called, holds and means; CSV, JSON,
 //! Parquet and `runout results --schema` follow from it. What depends on the machine or on luck stands last: without
 //! those columns two campaigns of the same spec are byte-identical.
+//!
+//! Profiles along the ground are lists, which CSV has not: there they are a table of their own ([`write_profiles_csv`]).
 
 pub mod parquet;
 
@@ -20,6 +22,8 @@ pub enum Value<'a> {
     Integer(Option<u64>),
     /// A finite number.
     Number(Option<f64>),
+    /// Whole numbers in their order.
+    Integers(Option<&'a [u32]>),
 }
 
 /// What a column holds.
@@ -31,6 +35,8 @@ pub enum Kind {
     Integer,
     /// Double precision; its text is the shortest that reads back to the same bits.
     Number,
+    /// A list of whole numbers from 0, 32 bits.
+    Integers,
 }
 
 impl Kind {
@@ -40,6 +46,7 @@ impl Kind {
             Kind::Text => "text",
             Kind::Integer => "integer",
             Kind::Number => "number",
+            Kind::Integers => "list of integers",
         }
     }
 }
@@ -59,6 +66,8 @@ pub struct Column {
     pub missing: Option<&'static str>,
     /// Whether it follows from (spec, index); the others depend on machine or luck.
     pub reproducible: bool,
+    /// Whether it is a part of the profile along the ground, which CSV has in a table of its own.
+    pub profile: bool,
     value: fn(&Record) -> Value<'_>,
 }
 
@@ -77,11 +86,12 @@ const fn text(
     missing: Option<&'static str>,
     value: fn(&Record) -> Value<'_>,
 ) -> Column {
-    Column { name, kind: Kind::Text, unit: None, meaning, missing, reproducible: true, value }
+    Column { name, kind: Kind::Text, unit: None, meaning, missing, reproducible: true, profile: false, value }
 }
 
 const fn integer(name: &'static str, meaning: &'static str, value: fn(&Record) -> Value<'_>) -> Column {
-    Column { name, kind: Kind::Integer, unit: None, meaning, missing: None, reproducible: true, value }
+    let (kind, unit, missing) = (Kind::Integer, None, None);
+    Column { name, kind, unit, meaning, missing, reproducible: true, profile: false, value }
 }
 
 const fn number(
@@ -91,7 +101,18 @@ const fn number(
     missing: Option<&'static str>,
     value: fn(&Record) -> Value<'_>,
 ) -> Column {
-    Column { name, kind: Kind::Number, unit, meaning, missing, reproducible: true, value }
+    Column { name, kind: Kind::Number, unit, meaning, missing, reproducible: true, profile: false, value }
+}
+
+const fn of_profile(
+    name: &'static str,
+    kind: Kind,
+    unit: &'static str,
+    meaning: &'static str,
+    value: fn(&Record) -> Value<'_>,
+) -> Column {
+    let missing = Some("the campaign does not record it (sample.profile), or the analysis failed");
+    Column { name, kind, unit: Some(unit), meaning, missing, reproducible: true, profile: true, value }
 }
 
 const fn of_machine(column: Column) -> Column {
@@ -99,7 +120,7 @@ const fn of_machine(column: Column) -> Column {
 }
 
 /// The columns, in their order.
-pub const COLUMNS: [Column; 27] = [
+pub const COLUMNS: [Column; 30] = [
     integer("index", "Index of the realisation, from 0.", |r| Value::Integer(Some(r.outcome.index))),
     text(
         "outcome",
@@ -212,6 +233,28 @@ pub const COLUMNS: [Column; 27] = [
         Some("there is nothing to know"),
         |r| Value::Text(Some(r.outcome.mark()).filter(|mark| !mark.is_empty())),
     ),
+    of_profile(
+        "profile_column_m",
+        Kind::Number,
+        "m",
+        "Width of the columns of the profile along the ground, which begin at the toe.",
+        |r| Value::Number(r.outcome.profile.as_ref().map(|p| p.column_m)),
+    ),
+    of_profile(
+        "deposit_depth_mm",
+        Kind::Integers,
+        "mm",
+        "Depth of the soil above the original ground at the end, column by column; those after the last that is not 0 are \
+         left out.",
+        |r| Value::Integers(r.outcome.profile.as_ref().map(|p| p.depth_mm.as_slice())),
+    ),
+    of_profile(
+        "highest_speed_mm_s",
+        Kind::Integers,
+        "mm/s",
+        "Highest speed of that soil at any time, column by column; those after the last that is not 0 are left out.",
+        |r| Value::Integers(r.outcome.profile.as_ref().map(|p| p.speed_mm_s.as_slice())),
+    ),
     text(
         "digest",
         "BLAKE3 digest of the points' final state and of all columns before: the same on every machine.",
@@ -257,13 +300,15 @@ pub struct Description {
     meaning: &'static str,
     missing: Option<&'static str>,
     reproducible: bool,
+    in_csv: bool,
 }
 
 /// The description of the table.
 pub fn schema() -> Schema {
     Schema {
         rows: "one a realisation, in index order, up to the one that decided or the first one missing",
-        missing: "null in JSON and Parquet, an empty field in CSV",
+        missing: "null in JSON and Parquet, an empty field in CSV; lists are not in CSV, which has a table of its own for them \
+                  (runout results DIR --profiles)",
         columns: COLUMNS.map(|column| Description {
             name: column.name,
             r#type: column.kind.name(),
@@ -271,26 +316,50 @@ pub fn schema() -> Schema {
             meaning: column.meaning,
             missing: column.missing,
             reproducible: column.reproducible,
+            in_csv: !column.profile,
         }),
     }
 }
 
-/// A row of the table: a JSON object or a CSV record, in the columns' order.
+/// A row of the table as a JSON object, in the columns' order.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a>(pub &'a Record);
 
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut row = serializer.serialize_struct("Row", COLUMNS.len())?;
-        for column in &COLUMNS {
-            match column.value(self.0) {
-                Value::Text(value) => row.serialize_field(column.name, &value)?,
-                Value::Integer(value) => row.serialize_field(column.name, &value)?,
-                Value::Number(value) => row.serialize_field(column.name, &value)?,
-            }
-        }
-        row.end()
+        serialize(self.0, COLUMNS.iter(), serializer)
     }
+}
+
+/// A row of the table as a CSV record.
+struct FlatRow<'a>(&'a Record);
+
+impl Serialize for FlatRow<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serialize(self.0, flat_columns(), serializer)
+    }
+}
+
+/// The columns that CSV has.
+fn flat_columns() -> impl Iterator<Item = &'static Column> {
+    COLUMNS.iter().filter(|column| !column.profile)
+}
+
+fn serialize<S: Serializer>(
+    record: &Record,
+    columns: impl Iterator<Item = &'static Column>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let mut row = serializer.serialize_struct("Row", COLUMNS.len())?;
+    for column in columns {
+        match column.value(record) {
+            Value::Text(value) => row.serialize_field(column.name, &value)?,
+            Value::Integer(value) => row.serialize_field(column.name, &value)?,
+            Value::Number(value) => row.serialize_field(column.name, &value)?,
+            Value::Integers(value) => row.serialize_field(column.name, &value)?,
+        }
+    }
+    row.end()
 }
 
 /// Writes the table as CSV with a header line.
@@ -300,7 +369,72 @@ impl Serialize for Row<'_> {
 pub fn write_csv(records: &[Record], out: impl std::io::Write) -> csv::Result<()> {
     let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
     // Written apart from the rows, so that a table without rows has its header too.
-    writer.write_record(COLUMNS.iter().map(|column| column.name))?;
-    records.iter().try_for_each(|record| writer.serialize(Row(record)))?;
+    writer.write_record(flat_columns().map(|column| column.name))?;
+    records.iter().try_for_each(|record| writer.serialize(FlatRow(record)))?;
     Ok(writer.flush()?)
+}
+
+/// Writes the profiles along the ground as CSV with a header line: a row a realisation and column of the ground, up to the
+/// last one that anything passed or came to lie in.
+///
+/// # Errors
+/// `out` fails.
+pub fn write_profiles_csv(records: &[Record], out: impl std::io::Write) -> csv::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(["index", "from_m", "to_m", "deposit_depth_m", "highest_speed_m_s"])?;
+    for record in records {
+        let Some(profile) = &record.outcome.profile else { continue };
+        for column in 0..profile.depth_mm.len().max(profile.speed_mm_s.len()) {
+            let from_m = column as f64 * profile.column_m;
+            let along =
+                [from_m, from_m + profile.column_m, profile.depth_m(column), profile.speed_m_s(column)];
+            writer.serialize((record.outcome.index, along))?;
+        }
+    }
+    Ok(writer.flush()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::tests::record;
+    use runout_core::profile::Profile;
+
+    fn recorded() -> Vec<Record> {
+        let mut records: Vec<Record> = (0..3).map(record).collect();
+        records[0].outcome.profile = None;
+        let empty = Profile { column_m: 0.5, depth_mm: Vec::new(), speed_mm_s: Vec::new() };
+        records[1].outcome.profile =
+            Some(Profile { depth_mm: vec![1200], speed_mm_s: vec![7000, 250], ..empty.clone() });
+        records[2].outcome.profile = Some(empty);
+        records
+    }
+
+    #[test]
+    fn profiles_are_lists_in_json_and_rows_in_csv() {
+        let records = recorded();
+        let rows = serde_json::to_value(records.iter().map(Row).collect::<Vec<_>>()).unwrap();
+        assert!(rows[0]["profile_column_m"].is_null() && rows[0]["deposit_depth_mm"].is_null());
+        assert_eq!(rows[1]["deposit_depth_mm"], serde_json::json!([1200]));
+        assert_eq!(rows[1]["highest_speed_mm_s"], serde_json::json!([7000, 250]));
+        assert_eq!(
+            (&rows[2]["profile_column_m"], &rows[2]["deposit_depth_mm"]),
+            (&0.5.into(), &serde_json::json!([]))
+        );
+        let mut csv = Vec::new();
+        write_profiles_csv(&records, &mut csv).unwrap();
+        let expected =
+            "index,from_m,to_m,deposit_depth_m,highest_speed_m_s\n1,0.0,0.5,1.2,7.0\n1,0.5,1.0,0.0,0.25\n";
+        assert_eq!(String::from_utf8(csv).unwrap(), expected);
+    }
+
+    #[test]
+    fn csv_has_the_columns_that_are_no_lists() {
+        let mut csv = Vec::new();
+        write_csv(&recorded(), &mut csv).unwrap();
+        let text = String::from_utf8(csv).unwrap();
+        let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+        assert_eq!((header.len(), header.contains(&"deposit_depth_mm")), (27, false));
+        assert!(text.lines().all(|line| line.split(',').count() == 27), "{text}");
+    }
 }

@@ -62,14 +62,30 @@ fn schema_json() -> String {
 }
 
 fn field(column: &Column) -> Result<Arc<Type>> {
+    let repetition = if column.missing.is_some() { Repetition::OPTIONAL } else { Repetition::REQUIRED };
     let (physical, logical) = match column.kind {
+        Kind::Integers => return list(column.name, repetition),
         Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         Kind::Integer => (Physical::INT64, None),
         Kind::Number => (Physical::DOUBLE, None),
     };
-    let repetition = if column.missing.is_some() { Repetition::OPTIONAL } else { Repetition::REQUIRED };
     let builder = Type::primitive_type_builder(column.name, physical);
     Ok(Arc::new(builder.with_logical_type(logical).with_repetition(repetition).build()?))
+}
+
+/// A list of whole numbers in the form that readers know: a group that may be missing, of a group that is repeated, of
+/// an element.
+fn list(name: &str, repetition: Repetition) -> Result<Arc<Type>> {
+    let required =
+        Type::primitive_type_builder("element", Physical::INT64).with_repetition(Repetition::REQUIRED);
+    let repeated = Type::group_type_builder("list")
+        .with_repetition(Repetition::REPEATED)
+        .with_fields(vec![Arc::new(required.build()?)]);
+    let group = Type::group_type_builder(name)
+        .with_repetition(repetition)
+        .with_logical_type(Some(LogicalType::List))
+        .with_fields(vec![Arc::new(repeated.build()?)]);
+    Ok(Arc::new(group.build()?))
 }
 
 /// Writes the values that are there, and for a column that may miss some which ones are.
@@ -90,8 +106,41 @@ fn write_column(column: &Column, rows: &[Record], writer: &mut SerializedColumnW
             let values: Vec<f64> = cells().filter_map(as_number).collect();
             writer.typed::<DoubleType>().write_batch(&values, levels, None)?;
         }
+        Kind::Integers => {
+            let Lists { values, definition, repetition } = cells().map(as_integers).collect();
+            writer.typed::<Int64Type>().write_batch(&values, Some(&definition), Some(&repetition))?;
+        }
     }
     Ok(())
+}
+
+/// Lists as Parquet takes them apart: all their values, and for each value, empty and missing list a pair of levels.
+#[derive(Default)]
+struct Lists {
+    values: Vec<i64>,
+    /// 0: the list is missing; 1: it is empty; 2: here is a value.
+    definition: Vec<i16>,
+    /// 0 where a list begins, 1 where it goes on.
+    repetition: Vec<i16>,
+}
+
+impl<'a> FromIterator<Option<&'a [u32]>> for Lists {
+    fn from_iter<I: IntoIterator<Item = Option<&'a [u32]>>>(all: I) -> Lists {
+        let mut lists = Lists::default();
+        for list in all {
+            let values = list.unwrap_or_default();
+            lists.values.extend(values.iter().copied().map(i64::from));
+            if values.is_empty() {
+                lists.definition.push(i16::from(list.is_some()));
+                lists.repetition.push(0);
+            }
+            for place in 0..values.len() {
+                lists.definition.push(2);
+                lists.repetition.push(i16::from(place > 0));
+            }
+        }
+        lists
+    }
 }
 
 fn is_present(cell: Value<'_>) -> bool {
@@ -99,6 +148,7 @@ fn is_present(cell: Value<'_>) -> bool {
         Value::Text(value) => value.is_some(),
         Value::Integer(value) => value.is_some(),
         Value::Number(value) => value.is_some(),
+        Value::Integers(value) => value.is_some(),
     }
 }
 
@@ -115,6 +165,10 @@ fn as_number(cell: Value<'_>) -> Option<f64> {
     if let Value::Number(value) = cell { value } else { None }
 }
 
+fn as_integers(cell: Value<'_>) -> Option<&[u32]> {
+    if let Value::Integers(value) = cell { value } else { None }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,6 +176,7 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
     use runout_core::outcome::{OutcomeKind, Reason};
+    use runout_core::profile::Profile;
 
     /// Every cell is read back as it was, nulls included, over several row groups.
     #[test]
@@ -150,6 +205,10 @@ mod tests {
                     (Value::Text(Some(a)), Field::Str(b)) => a == b,
                     (Value::Integer(Some(a)), Field::Long(b)) => a == *b as u64,
                     (Value::Number(Some(a)), Field::Double(b)) => a.to_bits() == b.to_bits(),
+                    (Value::Integers(Some(a)), Field::ListInternal(b)) => {
+                        let expected = a.iter().map(|value| Field::Long(i64::from(*value)));
+                        expected.collect::<Vec<_>>() == b.elements()
+                    }
                     (cell, Field::Null) => !is_present(cell) && column.missing.is_some(),
                     _ => false,
                 };
@@ -166,12 +225,15 @@ mod tests {
         write(&[], Origin { campaign: "", digest: "" }, &mut bytes).unwrap();
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
         assert_eq!(reader.metadata().file_metadata().num_rows(), 0);
-        assert_eq!(reader.metadata().file_metadata().schema_descr().num_columns(), COLUMNS.len());
+        let schema = reader.metadata().file_metadata().schema_descr().root_schema().clone();
+        let names: Vec<&str> = schema.get_fields().iter().map(|field| field.name()).collect();
+        assert_eq!(names, COLUMNS.map(|column| column.name));
     }
 
-    /// Failed ones, ones that had not come to rest, marked ones.
+    /// Failed ones, ones that had not come to rest, marked ones; profiles with and without values, and none.
     fn varied(index: u64) -> Record {
         let mut record = record(index);
+        record.outcome.profile = None;
         match index % 5 {
             0 => {
                 record.outcome.outcome = OutcomeKind::Failed;
@@ -184,6 +246,11 @@ mod tests {
             }
             2 => record.outcome.energy_drifted = true,
             _ => {}
+        }
+        if index % 5 > 1 {
+            let values = |count: u64| (1..=count).map(|value| value as u32).collect();
+            let (depth_mm, speed_mm_s) = (values(index % 7), values(index % 3));
+            record.outcome.profile = Some(Profile { column_m: 0.5, depth_mm, speed_mm_s });
         }
         record
     }

@@ -4,7 +4,7 @@ use super::parts::{self, Part};
 use super::snapshot::Snapshot;
 use crate::report::figures;
 use crate::report::html;
-use crate::service::Shared;
+use crate::shared::Shared;
 use crate::status::State;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};

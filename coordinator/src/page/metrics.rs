@@ -4,8 +4,8 @@
 
 use super::parts::steps_per_s;
 use super::snapshot::Snapshot;
+use crate::seen::{Answer, LATENCY_BOUNDS_S, Seen};
 use crate::status::{State, Status};
-use crate::tally::{Answer, LATENCY_BOUNDS_S, Tally};
 use runout_proto::identity;
 use std::fmt::Write;
 
@@ -19,8 +19,8 @@ pub(super) fn text(snapshot: &Snapshot) -> String {
     about(&mut text, snapshot);
     progress(&mut text, snapshot);
     estimates(&mut text, status);
-    seen(&mut text, &snapshot.tally);
-    latency(&mut text, &snapshot.tally);
+    counters(&mut text, &snapshot.seen);
+    latency(&mut text, &snapshot.seen);
     workers(&mut text, snapshot);
     text.0
 }
@@ -139,51 +139,51 @@ fn estimates(text: &mut Text, status: &Status) {
     }
 }
 
-fn seen(text: &mut Text, tally: &Tally) {
+fn counters(text: &mut Text, seen: &Seen) {
     text.head("reports_total", "counter", "Reports of workers by answer, since the coordinator started.");
     let answers = [Answer::Recorded, Answer::Duplicate, Answer::Conflict, Answer::NotWanted, Answer::Refused];
     for answer in answers {
-        let count = tally.reports.get(&answer).copied().unwrap_or(0);
+        let count = seen.reports.get(&answer).copied().unwrap_or(0);
         text.value("reports_total", &[("answer", answer.name())], count as f64);
     }
-    text.counter("workers_refused_total", "Workers that were not registered.", tally.refused_workers);
+    text.counter("workers_refused_total", "Workers that were not registered.", seen.refused_workers);
     text.counter(
         "workers_lost_total",
         "Workers given up because they were silent or died.",
-        tally.lost_workers,
+        seen.lost_workers,
     );
     text.head("realisations_lost_total", "counter", "Attempts that ended without an outcome, by cause.");
-    for (cause, count) in [("hung", tally.hung), ("broken", tally.broken)] {
+    for (cause, count) in [("hung", seen.hung), ("broken", seen.broken)] {
         text.value("realisations_lost_total", &[("cause", cause)], count as f64);
     }
     text.counter(
         "realisations_poisoned_total",
         "Realisations that took several workers down.",
-        tally.poisoned,
+        seen.poisoned,
     );
     text.counter(
         "workers_set_aside_total",
         "Workers that compute other bits than others and get no more leases.",
-        tally.set_aside,
+        seen.set_aside,
     );
     text.counter(
         "outcomes_corrected_total",
         "Outcomes replaced because the one recorded first was overruled.",
-        tally.corrected,
+        seen.corrected,
     );
 }
 
-fn latency(text: &mut Text, tally: &Tally) {
+fn latency(text: &mut Text, seen: &Seen) {
     const NAME: &str = "report_latency_seconds";
     text.head(NAME, "histogram", "Time from the arrival of a report to its durable answer.");
     let mut below = 0;
-    for (bound, count) in LATENCY_BOUNDS_S.iter().zip(tally.latency.counts) {
+    for (bound, count) in LATENCY_BOUNDS_S.iter().zip(seen.latency.counts) {
         below += count;
         text.value("report_latency_seconds_bucket", &[("le", &bound.to_string())], below as f64);
     }
-    let all: u64 = tally.latency.counts.iter().sum();
+    let all: u64 = seen.latency.counts.iter().sum();
     text.value("report_latency_seconds_bucket", &[("le", "+Inf")], all as f64);
-    text.value("report_latency_seconds_sum", &[], tally.latency.sum_s);
+    text.value("report_latency_seconds_sum", &[], seen.latency.sum_s);
     text.value("report_latency_seconds_count", &[], all as f64);
 }
 
@@ -200,7 +200,7 @@ fn workers(text: &mut Text, snapshot: &Snapshot) {
             text.value(name, &[("worker", &worker.name)], value(place));
         }
     };
-    let work = |place: usize| snapshot.tally.work.get(&workers[place].name).copied().unwrap_or_default();
+    let work = |place: usize| snapshot.seen.work.get(&workers[place].name).copied().unwrap_or_default();
     each("worker_realisations_total", "counter", "Outcomes recorded from a worker.", &|i| {
         work(i).outcomes as f64
     });

@@ -6,8 +6,8 @@
 //! * `/`: the page, complete without scripts; with them its parts are renewed by the events of `/events`;
 //! * `/api/status`: what `runout status --json` prints; `/metrics`: Prometheus' text format.
 //!
-//! Nothing can be changed through the page. It listens on loopback only: beyond that it needs what the coordinator's own
-//! address needs.
+//! Nothing can be changed through the page. On loopback it asks nobody who he is; beyond that it has the coordinator's own
+//! TLS, and shows itself to who may look at the campaign.
 
 mod address;
 mod charts;
@@ -17,19 +17,17 @@ mod parts;
 mod server;
 mod snapshot;
 
-pub use address::{ADDRESS_FILE, PageError, Place, listen};
+pub use address::{ADDRESS_FILE, Door, PageError, Place, listen};
 
 use crate::serve::Coordinator;
-use crate::service::Shared;
+use crate::shared::Shared;
 use crate::status::State;
 use live::Live;
 use server::Limits;
 use std::io;
-use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
@@ -40,30 +38,30 @@ const FAREWELL: Duration = Duration::from_secs(2);
 /// A page being served.
 #[derive(Debug)]
 pub struct Page {
-    address: SocketAddr,
+    url: String,
     live: Arc<Live>,
     ending: watch::Sender<bool>,
     server: JoinHandle<()>,
 }
 
 impl Page {
-    /// Serves the page of the campaign in the run directory `out` to who connects to `listener`, and writes its address
-    /// into the directory.
+    /// Serves the page of the campaign in the run directory `out` to who comes to `door`, and writes its address into
+    /// the directory.
     ///
     /// # Errors
-    /// The address cannot be found out or written.
-    pub fn start(listener: TcpListener, coordinator: &Coordinator, out: &Path) -> io::Result<Page> {
-        let address = listener.local_addr()?;
-        address::announce(out, address)?;
+    /// The address cannot be written.
+    pub fn start(door: Door, coordinator: &Coordinator, out: &Path) -> io::Result<Page> {
+        let url = door.url().to_owned();
+        address::announce(out, &url)?;
         let live = Arc::new(Live::new(&coordinator.shared, out));
         let (ending, ended) = watch::channel(false);
-        let server = tokio::spawn(server::run(listener, Arc::clone(&live), Limits::default(), ended));
-        Ok(Page { address, live, ending, server })
+        let server = tokio::spawn(server::run(door, Arc::clone(&live), Limits::default(), ended));
+        Ok(Page { url, live, ending, server })
     }
 
     /// Where it is.
-    pub fn url(&self) -> String {
-        format!("http://{}/", self.address)
+    pub fn url(&self) -> &str {
+        &self.url
     }
 
     /// Shows that the campaign has ended in `state`, to who looks at it, and stops serving.

@@ -4,8 +4,8 @@ use super::charts;
 use super::live::View;
 use super::snapshot::Snapshot;
 use crate::report::html::escape;
+use crate::seen::Slide;
 use crate::status::{State, Status, WorkerStatus, duration};
-use crate::tally::Slide;
 use runout_proto::logging::Line;
 use std::path::Path;
 
@@ -33,11 +33,11 @@ pub(super) fn of(snapshot: &Snapshot, before: Option<&View>, out: &Path) -> Vec<
     let exceedance = kept("exceedance")
         .unwrap_or_else(|| charts::exceedance(&snapshot.curves, status.p_failure, confidence));
     let mean = kept("mean").unwrap_or_else(|| charts::mean(&snapshot.curves, confidence));
-    let tally = &snapshot.tally;
-    let longest_m = tally.longest.first().and_then(|slide| slide.runout_m).unwrap_or(0.0);
-    let latest: Vec<&Slide> = tally.latest.iter().collect();
-    let longest: Vec<&Slide> = tally.longest.iter().collect();
-    let failures: Vec<&Slide> = tally.failures.iter().collect();
+    let seen = &snapshot.seen;
+    let longest_m = seen.longest.first().and_then(|slide| slide.runout_m).unwrap_or(0.0);
+    let latest: Vec<&Slide> = seen.latest.iter().collect();
+    let longest: Vec<&Slide> = seen.longest.iter().collect();
+    let failures: Vec<&Slide> = seen.failures.iter().collect();
     [
         ("title", title(status)),
         ("name", escape(&status.campaign)),

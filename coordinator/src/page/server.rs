@@ -1,7 +1,9 @@
 //! Serves the page: HTTP/1.1, reading only, with a limit on everything a client could hold on to.
 
+use super::address::Door;
 use super::live::{Live, View};
 use super::metrics;
+use crate::listen::{self, Caller, Notes, Refused, Right};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{Request, State};
@@ -20,7 +22,6 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
@@ -42,6 +43,8 @@ const SILENCE: Duration = Duration::from_secs(15);
 const RETRY: Duration = Duration::from_secs(2);
 /// Wait after a failure to accept, which is for want of file descriptors.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
+
+static NOTES: Notes = Notes::new();
 
 /// What clients may take.
 #[derive(Debug, Clone, Copy)]
@@ -77,27 +80,30 @@ struct Site {
 }
 
 /// Serves until `ended` is set and what was begun is done.
-pub(super) async fn run(
-    listener: TcpListener,
-    live: Arc<Live>,
-    limits: Limits,
-    mut ended: watch::Receiver<bool>,
-) {
-    let ip = listener.local_addr().map(|a: SocketAddr| a.ip()).ok();
+pub(super) async fn run(door: Door, live: Arc<Live>, limits: Limits, mut ended: watch::Receiver<bool>) {
+    let ip = door.socket.local_addr().map(|a: SocketAddr| a.ip()).ok();
     let streams = Arc::new(Semaphore::new(limits.streams));
     let loopback = ip.filter(IpAddr::is_loopback);
     let router = router(Site { live, streams, ended: ended.clone(), loopback });
     let mut connections = JoinSet::new();
     loop {
         let accepted = tokio::select! {
-            accepted = listener.accept() => accepted,
+            accepted = door.socket.accept() => accepted,
             Some(_) = connections.join_next() => continue,
             _ = ended.wait_for(|ended| *ended) => break,
         };
         match accepted {
-            // TLS, where the page gets it, is negotiated here: what comes out of it is served the same way.
-            Ok((stream, _)) if connections.len() < limits.connections => {
-                connections.spawn(serve(stream, router.clone(), limits, ended.clone()));
+            Ok((stream, peer)) if connections.len() < limits.connections => {
+                let (tls, router, ended) = (door.tls.clone(), router.clone(), ended.clone());
+                connections.spawn(async move {
+                    match listen::let_in(stream, peer, tls.as_ref(), goodbye).await {
+                        Ok((bytes, caller)) => serve(bytes, for_caller(router, &caller), limits, ended).await,
+                        Err(Refused::Because(why)) => {
+                            NOTES.say(&format!("connection from {peer} to the page refused: {why}"));
+                        }
+                        Err(Refused::Silent) => {}
+                    }
+                });
             }
             Ok(_) => {}
             Err(error) => {
@@ -107,6 +113,24 @@ pub(super) async fn run(
         }
     }
     while connections.join_next().await.is_some() {}
+}
+
+/// The page, for who may look at the campaign; for others, why they may not.
+fn for_caller(router: Router, caller: &Caller) -> Router {
+    match caller.may(Right::Look) {
+        Ok(()) => router,
+        Err(why) => Router::new().fallback(async move || (StatusCode::FORBIDDEN, why + "\n")),
+    }
+}
+
+/// The answer to who speaks no TLS where it is needed.
+fn goodbye(_: &str) -> Vec<u8> {
+    let words = "this page speaks TLS only: begin its address with https:// and show a certificate (docs/security.md)\n";
+    format!(
+        "HTTP/1.1 400 Bad Request\r\ncontent-type: text/plain\r\ncontent-length: {}\r\nconnection: close\r\n\r\n{words}",
+        words.len()
+    )
+    .into_bytes()
 }
 
 async fn serve<S>(stream: S, router: Router, limits: Limits, mut ended: watch::Receiver<bool>)

@@ -1,9 +1,9 @@
 //! What the coordinator knows at one moment, read once for everybody who looks.
 
 use crate::logs;
-use crate::service::Shared;
+use crate::seen::Seen;
+use crate::shared::Shared;
 use crate::status::{self, State, Status};
-use crate::tally::Tally;
 use runout_core::estimate::interval::{self, Interval};
 use runout_core::estimate::moments::Moments;
 use runout_proto::logging::Line;
@@ -54,7 +54,7 @@ pub(super) struct Snapshot {
     /// Where the campaign stands.
     pub(super) status: Status,
     /// What was seen.
-    pub(super) tally: Tally,
+    pub(super) seen: Seen,
     /// Curves of the samples.
     pub(super) curves: Arc<Curves>,
     /// Leases given out.
@@ -82,8 +82,8 @@ impl Snapshot {
             (None, Some(before)) => Arc::clone(&before.curves),
             (samples_m, _) => Arc::new(curves(&samples_m.unwrap_or_default(), &status)),
         };
-        let tally = shared.tally().clone();
-        Snapshot { status, tally, curves, leases, lines: logs::recent(), up: shared.now() }
+        let seen = shared.seen().clone();
+        Snapshot { status, seen, curves, leases, lines: logs::recent(), up: shared.now() }
     }
 }
 

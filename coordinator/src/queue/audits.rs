@@ -5,7 +5,6 @@
 //! ends are run then, within a limit.
 
 use super::Queue;
-use super::moves::attempts_of;
 use rand::Rng;
 use runout_core::seed::{Purpose, stream};
 use std::time::Duration;
@@ -21,7 +20,7 @@ impl Queue {
     /// An audit for the worker of this name.
     pub(super) fn audit_for(&self, worker: &str) -> Option<u64> {
         let alone = self.workers().all(|(_, w)| w.name == worker || w.set_aside);
-        let running = |index| self.leases.range(attempts_of(index)).next().is_some();
+        let running = |index| self.leases.count_of(index) > 0;
         // Who alone contradicts others, or was set aside, cannot decide.
         let other = |index| match self.disputes.get(&index) {
             Some(opinions) => opinions.iter().all(|o| o.worker != worker),

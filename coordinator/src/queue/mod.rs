@@ -8,6 +8,7 @@
 mod audits;
 mod disputes;
 mod durations;
+mod leases;
 mod moves;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod workers;
 use crate::rulings::{Disputes, Rulings};
 pub use audits::is_audited;
 use durations::Durations;
+use leases::Leases;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 pub use types::{
@@ -38,7 +40,7 @@ struct Recorded {
 pub struct Queue {
     settings: Settings,
     workers: workers::Workers,
-    leases: BTreeMap<Lease, Running>,
+    leases: Leases,
     /// Everything at or beyond was never leased.
     next: u64,
     prefix: u64,
@@ -71,7 +73,7 @@ impl Queue {
         Queue {
             settings,
             workers: workers::Workers::new(session),
-            leases: BTreeMap::new(),
+            leases: Leases::default(),
             next: 0,
             prefix: 0,
             open: BTreeSet::new(),
@@ -142,7 +144,7 @@ impl Queue {
 
     /// Leases given out, in index order.
     pub fn leases(&self) -> impl Iterator<Item = (Lease, &Running)> {
-        self.leases.iter().map(|(lease, running)| (*lease, running))
+        self.leases.iter()
     }
 
     /// What to persist with a lease of this index.
@@ -186,7 +188,7 @@ impl Queue {
             return Ok(LeaseAnswer::Draining);
         }
         let (name, slots) = (worker.name.clone(), worker.slots as usize);
-        if self.leases.values().filter(|r| r.worker == id).count() >= slots {
+        if self.leases.of_worker(id).count() >= slots {
             return Ok(LeaseAnswer::Wait);
         }
         let audit = self.audit_for(&name);
@@ -247,10 +249,10 @@ impl Queue {
         let reporter = self.workers.heard(id, now)?;
         let (name, set_aside) = (reporter.name.clone(), reporter.set_aside);
         let index = lease.index;
-        let held = self.leases.get(&lease).filter(|running| running.worker == id);
+        let held = self.leases.held(id, lease);
         let audit = held.is_some_and(|running| running.audit);
         if held.is_some() {
-            self.leases.remove(&lease);
+            self.leases.remove(lease);
         }
         if self.recorded.contains_key(&index) {
             return Ok(if set_aside {
@@ -295,11 +297,11 @@ impl Queue {
         self.workers.heard(id, now)?;
         let mut events = Vec::new();
         for lease in leases {
-            if self.leases.get(lease).is_some_and(|running| running.worker == id) {
+            if self.leases.held(id, *lease).is_some() {
                 if broken {
                     self.lose(*lease, &mut events);
                 } else {
-                    self.leases.remove(lease);
+                    self.leases.remove(*lease);
                     self.reopen(lease.index);
                 }
             }

@@ -38,7 +38,7 @@ impl Queue {
                 && running.worker != id
                 && now.saturating_sub(running.since) > limit
                 && self.is_wanted(lease.index)
-                && self.leases.range(attempts_of(lease.index)).count() == 1
+                && self.leases.count_of(lease.index) == 1
                 // Else an index that takes its workers down would always be running somewhere, and never be poison.
                 && self.attempts(lease.index).losses < self.settings.losses_to_poison
         });
@@ -61,7 +61,7 @@ impl Queue {
 
     /// Opens an index again unless it is done or somebody else runs it.
     pub(super) fn reopen(&mut self, index: u64) {
-        let leased = self.leases.range(attempts_of(index)).next().is_some();
+        let leased = self.leases.count_of(index) > 0;
         if index < self.next && !leased && self.is_wanted(index) {
             self.open.insert(index);
         }
@@ -76,13 +76,14 @@ impl Queue {
         events: &mut Vec<Event>,
     ) -> bool {
         let hang = self.hang_limit();
-        let Some(running) = self.leases.get_mut(&held.lease).filter(|r| r.worker == id) else {
+        let Some(running) = self.leases.held_mut(id, held.lease) else {
             return held.reporting || self.adopt(id, held, now);
         };
         if running.steps != held.steps || held.reporting {
             running.moved_at = now;
         }
         (running.steps, running.simulated_s) = (held.steps, held.simulated_s);
+        let audit = running.audit;
         if now.saturating_sub(running.moved_at) > hang {
             self.hung.insert(held.lease);
             events.push(Event::Hung { index: held.lease.index });
@@ -90,9 +91,8 @@ impl Queue {
             return false;
         }
         // A repeated straggler that the other worker has finished is of no more use; an audit is.
-        let audit = self.leases[&held.lease].audit;
         if !audit && !held.reporting && !self.is_wanted(held.lease.index) {
-            self.leases.remove(&held.lease);
+            self.leases.remove(held.lease);
             return false;
         }
         true
@@ -123,30 +123,27 @@ impl Queue {
         let patience = self.settings.heartbeat * 2;
         let unknown: Vec<Lease> = self
             .leases
-            .iter()
-            .filter(|(lease, running)| {
-                running.worker == id
-                    && now.saturating_sub(running.since) > patience
-                    && !held.iter().any(|h| h.lease == **lease)
+            .of_worker(id)
+            .filter(|lease| {
+                let since = self.leases.held(id, *lease).map_or(now, |running| running.since);
+                now.saturating_sub(since) > patience && !held.iter().any(|h| h.lease == *lease)
             })
-            .map(|(lease, _)| *lease)
             .collect();
         for lease in unknown {
-            self.leases.remove(&lease);
+            self.leases.remove(lease);
             self.reopen(lease.index);
         }
     }
 
     pub(super) fn give_back_all(&mut self, id: WorkerId) {
-        let held: Vec<Lease> = self.leases_of(id);
-        for lease in held {
-            self.leases.remove(&lease);
+        for lease in self.leases_of(id) {
+            self.leases.remove(lease);
             self.reopen(lease.index);
         }
     }
 
     pub(super) fn leases_of(&self, id: WorkerId) -> Vec<Lease> {
-        self.leases.iter().filter(|(_, running)| running.worker == id).map(|(lease, _)| *lease).collect()
+        self.leases.of_worker(id).collect()
     }
 
     pub(super) fn lose_worker(&mut self, id: WorkerId, events: &mut Vec<Event>) {
@@ -160,14 +157,14 @@ impl Queue {
 
     /// An unexpected loss: counted against the index, which is given up as poison at the limit.
     pub(super) fn lose(&mut self, lease: Lease, events: &mut Vec<Event>) {
-        self.leases.remove(&lease);
+        self.leases.remove(lease);
         let index = lease.index;
         if !self.is_wanted(index) {
             return;
         }
         let attempts = self.attempts.entry(index).or_default();
         attempts.losses += 1;
-        let leased = self.leases.range(attempts_of(index)).next().is_some();
+        let leased = self.leases.count_of(index) > 0;
         if attempts.losses >= self.settings.losses_to_poison && !leased {
             self.storing.insert(index);
             events.push(Event::Poisoned { index });
@@ -175,9 +172,4 @@ impl Queue {
             self.reopen(index);
         }
     }
-}
-
-/// All leases of an index.
-pub(super) fn attempts_of(index: u64) -> std::ops::RangeInclusive<Lease> {
-    Lease { index, attempt: 0 }..=Lease { index, attempt: u32::MAX }
 }

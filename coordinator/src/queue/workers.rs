@@ -29,11 +29,14 @@ pub(super) struct Workers {
     session: u32,
     registered: u32,
     by_id: BTreeMap<WorkerId, Worker>,
+    /// A name may be taken again before its former bearer is given up.
+    by_name: BTreeMap<String, BTreeSet<WorkerId>>,
+    slots: u64,
 }
 
 impl Workers {
     pub(super) fn new(session: u32) -> Workers {
-        Workers { session, registered: 0, by_id: BTreeMap::new() }
+        Workers { session, registered: 0, by_id: BTreeMap::new(), by_name: BTreeMap::new(), slots: 0 }
     }
 
     pub(super) fn add(&mut self, name: &str, slots: u32, set_aside: bool, now: Duration) -> WorkerId {
@@ -41,6 +44,8 @@ impl Workers {
         let id = u64::from(self.session) << 32 | u64::from(self.registered);
         let worker = Worker { name: name.to_owned(), slots, heard: now, set_aside, done: 0, told: false };
         self.by_id.insert(id, worker);
+        self.by_name.entry(name.to_owned()).or_default().insert(id);
+        self.slots += u64::from(slots);
         id
     }
 
@@ -59,13 +64,22 @@ impl Workers {
     }
 
     pub(super) fn count_done(&mut self, name: &str) {
-        if let Some(worker) = self.by_id.values_mut().find(|w| w.name == name) {
+        let first = self.by_name.get(name).and_then(|ids| ids.first());
+        if let Some(worker) = first.and_then(|id| self.by_id.get_mut(id)) {
             worker.done += 1;
         }
     }
 
     pub(super) fn remove(&mut self, id: WorkerId) -> Option<Worker> {
-        self.by_id.remove(&id)
+        let worker = self.by_id.remove(&id)?;
+        self.slots -= u64::from(worker.slots);
+        if let Some(ids) = self.by_name.get_mut(&worker.name) {
+            ids.remove(&id);
+            if ids.is_empty() {
+                self.by_name.remove(&worker.name);
+            }
+        }
+        Some(worker)
     }
 
     pub(super) fn get(&self, id: WorkerId) -> Option<&Worker> {
@@ -78,6 +92,6 @@ impl Workers {
 
     /// All slots together, at least one.
     pub(super) fn slots(&self) -> u64 {
-        self.by_id.values().map(|w| u64::from(w.slots)).sum::<u64>().max(1)
+        self.slots.max(1)
     }
 }

@@ -1,16 +1,15 @@
-//! Realisations run again for the report: their profiles along the ground, and the final states of those it shows.
+//! Realisations run again for the report: the final states of those it shows, and where the campaign records none, the
+//! profiles of some along the ground.
 //!
-//! An outcome holds no profile: what lies where would be a thousand times as much as its measures. But (spec, index)
-//! gives the same bits again, so that the report replays as many realisations as it needs and keeps what came out in the
-//! run directory, `replays/INDEX.json`. What is kept is used again only if build and spec are the same; the outcome in it
+//! An outcome holds no final state: what lies where is a thousand times as much as its measures. But (spec, index) gives
+//! the same bits again, so that the report replays as many realisations as it needs and keeps what came out in the run
+//! directory, `replays/INDEX.json`. What is kept is used again only if build and spec are the same; the outcome in it
 //! is compared with the recorded one by whoever reads it.
 
-pub mod profile;
-
 use crate::store::write_atomically;
-use profile::{Profile, Recorder, Stations};
 use rayon::prelude::*;
 use runout_core::outcome::Outcome;
+use runout_core::profile::{LOOK_EVERY_S, Profile, Recorder, Stations};
 use runout_core::realisation::{Cancelled, Prepared, Progress, Snapshot, Source};
 use runout_proto::identity;
 use serde::{Deserialize, Serialize};
@@ -18,9 +17,6 @@ use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
-
-/// Time between two looks at an analysis, s: a slide of 10 m/s goes half a metre in it, about a cell.
-const EVERY_S: f64 = 0.05;
 
 /// Points that are analysed side by side at most: some 4 GB of state.
 const MOST_POINTS: usize = 2_000_000;
@@ -78,8 +74,8 @@ pub struct Scene {
 pub struct Replay {
     /// Its outcome, computed anew.
     pub outcome: Outcome,
-    /// What it did along the ground.
-    pub profile: Profile,
+    /// What it did along the ground: from the outcome, or where the campaign records none, looked at as it does.
+    pub profile: Option<Profile>,
     /// Its final state, if it was asked for and there is one.
     pub scene: Option<Scene>,
 }
@@ -159,19 +155,26 @@ fn run_and_keep(
     Ok(kept.replay)
 }
 
-/// Runs one analysis under the eyes of a recorder.
+/// Runs one analysis; under the eyes of a recorder, if it records no profile itself.
 fn run(prepared: &Prepared, wanted: &Wanted) -> Result<Replay, Cancelled> {
-    let mut recorder = Recorder::new(Stations::of(&prepared.spec().model));
+    let model = &prepared.spec().model;
+    let mut recorder =
+        (!model.sample.profile).then(|| Recorder::new(Stations::of(&model.slope, &model.mesh)));
+    // Without a recorder only the last moment matters: nothing lasts this long.
+    let every_s = if recorder.is_some() { LOOK_EVERY_S } else { f64::MAX };
     let mut scene = None;
     let mut observe = |snapshot: &Snapshot<'_>| {
-        recorder.observe(snapshot);
+        if let Some(recorder) = &mut recorder {
+            recorder.look(snapshot.state.motion());
+        }
         // The last moment is the end.
         if wanted.scene {
             scene = Some(Scene::of(snapshot));
         }
     };
-    let outcome = prepared.analyse(wanted.source, EVERY_S, &mut observe, &Progress::default())?;
-    Ok(Replay { outcome, profile: recorder.finish(), scene })
+    let outcome = prepared.analyse(wanted.source, every_s, &mut observe, &Progress::default())?;
+    let profile = recorder.map(Recorder::finish).or_else(|| outcome.profile.clone());
+    Ok(Replay { outcome, profile, scene })
 }
 
 impl Scene {

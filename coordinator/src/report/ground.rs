@@ -2,12 +2,13 @@
 
 use super::analysis::Analysis;
 use super::figures::{Figure, short_name};
-use super::hazard::Hazard;
+use super::hazard::{Evidence, Hazard};
 use super::html::{captioned, paragraph, table};
 use super::page::{find, interval, metres, optional_interval, pair, percent};
 use super::sensitivity::{Correlation, Sensitivity};
 use super::{Findings, Material};
 use crate::picture::axes::round_ticks;
+use runout_core::profile::LOOK_EVERY_S;
 
 /// Rows of the table along the ground.
 const ROWS: usize = 12;
@@ -19,10 +20,17 @@ pub(super) fn hazard(material: &Material<'_>, found: &Findings, figures: &[Figur
         return paragraph("No realisation has been decided yet.");
     }
     let mut html = find(figures, "hazard-profile");
+    let hazard = found.hazard.as_ref();
     html.push_str(&captioned(
-        "Along the ground in front of the toe: whether the slope fails or not for being reached, given failure for depths and speeds",
-        &along(analysis, found.hazard.as_ref()),
+        "Along the ground in front of the toe, whether the slope fails or not",
+        &reached(analysis, hazard),
     ));
+    if let Some(hazard) = hazard {
+        html.push_str(&captioned(
+            "Depths and speeds along the ground in front of the toe, given failure",
+            &depths_and_speeds(analysis, hazard),
+        ));
+    }
     html.push_str(&pair(figures, &["hazard-crest"]));
     html.push_str(&captioned("Behind the crest's edge, whether the slope fails or not", &behind(analysis)));
     html.push_str(&paragraph(format!(
@@ -32,68 +40,123 @@ pub(super) fn hazard(material: &Material<'_>, found: &Findings, figures: &[Figur
          the interval's upper end speaks.",
         metres(material.campaign.model.sample.threshold_m)
     )));
-    html.push_str(&paragraph(match &found.hazard {
-        Some(hazard) => format!(
-            "Depths and speeds rest on {} of the {} samples, chosen at random by the campaign's seed and replayed{}. \
-             Depth is the soil above the original ground, slid or heaved, at the end; speed is the highest of that soil as a whole \
-             (momentum over mass), looked at every 0.05 s. Depths are known to about one spacing of the points, {} m. A stable \
-             slope deposits nothing: quantiles over all realisations are smaller.",
-            hazard.profiles,
-            analysis.samples_m.len(),
-            match hazard.depth_m.median_interval {
-                Some(_) => "; the median's interval holds whatever the distribution",
-                None => "; too few for an interval of the median",
-            },
-            metres(material.campaign.model.mesh.point_spacing_m())
+    html.push_str(&match hazard {
+        Some(hazard) => paragraph(basis(material, analysis, hazard)),
+        None if material.spec.model.sample.profile => {
+            paragraph("There is no sample, and so neither depth nor speed along the ground.")
+        }
+        None => paragraph(
+            "Depths and speeds along the ground need replays: <code>runout report DIR --profiles 20</code>; campaigns with \
+             <code>sample.profile = true</code> record them in every realisation.",
         ),
-        None => "Depths and speeds along the ground need replays: <code>runout report DIR --profiles 20</code>.".to_owned(),
-    }));
+    });
     html
 }
 
-fn along(analysis: &Analysis, hazard: Option<&Hazard>) -> String {
-    let places = round_ticks(0.0, analysis.reach.farthest_m().max(1.0), ROWS);
-    let rows = places.iter().filter_map(|x| {
-        let reached = analysis.reach.in_front(*x)?;
+/// What depths and speeds rest on, and mean.
+fn basis(material: &Material<'_>, analysis: &Analysis, hazard: &Hazard) -> String {
+    let samples = analysis.samples_m.len();
+    let (from, deeper) = match hazard.evidence {
+        Evidence::Recorded => (
+            format!("all {samples} samples, each of which recorded its own"),
+            " A deposit is deeper than a depth if the slope fails and more soil comes to lie there, thrown soil included.",
+        ),
+        Evidence::Replayed => (
+            format!(
+                "{} of the {samples} samples, chosen at random by the campaign's seed and replayed, because this campaign \
+                 records no profiles (<code>sample.profile</code>)",
+                hazard.profiles
+            ),
+            "",
+        ),
+    };
+    let intervals = match (&hazard.depth_m.median.intervals, &hazard.depth_m.one_in_ten.intervals) {
+        (Some(_), Some(_)) => "their intervals hold whatever the distribution, place by place",
+        (Some(_), None) => {
+            "the median's interval holds whatever the distribution, place by place; there are too few for one of the depth \
+             exceeded in one of ten"
+        }
+        _ => "there are too few for intervals",
+    };
+    let mesh = &material.spec.model.mesh;
+    let cells = (hazard.column_m / mesh.cell_size_m).round();
+    let cells = if cells > 1.0 { format!("{cells} cells") } else { "one cell".to_owned() };
+    format!(
+        "Depths and speeds rest on {from}; {intervals}. Depth is the soil above the original ground, slid or heaved, at the \
+         end; speed is the highest of that soil as a whole (momentum over mass), looked at every {LOOK_EVERY_S} s. Both are \
+         means over columns of {cells}, {} m wide; depths are known to about one spacing of the points, {} m.{deeper} A stable \
+         slope deposits nothing: quantiles over all realisations are smaller.",
+        metres(hazard.column_m),
+        metres(mesh.point_spacing_m())
+    )
+}
+
+/// Places of the tables along the ground.
+fn places(analysis: &Analysis) -> Vec<f64> {
+    round_ticks(0.0, analysis.reach.farthest_m().max(1.0), ROWS)
+}
+
+/// What is reached, and buried how deep.
+fn reached(analysis: &Analysis, hazard: Option<&Hazard>) -> String {
+    let deeper = hazard.map_or(&[][..], |hazard| &hazard.deeper);
+    let rows = places(analysis).into_iter().filter_map(|x| {
+        let reached = analysis.reach.in_front(x)?;
         let mut cells = vec![
-            metres(*x),
+            metres(x),
             reached.hits.to_string(),
             percent(reached.share),
             interval(reached.interval, percent),
         ];
-        if let Some(hazard) = hazard {
-            cells.extend(at(hazard, *x));
+        for deeper in deeper {
+            let found = hazard.and_then(|h| column(h, x)).and_then(|c| deeper.probabilities.get(c));
+            cells.push(found.map_or_else(dash, |p| percent(p.share)));
+            cells.push(found.map_or_else(dash, |p| interval(p.interval, percent)));
         }
         Some((false, cells))
     });
     let rows: Vec<(bool, Vec<String>)> = rows.collect();
+    let titles: Vec<String> = deeper.iter().map(|d| format!("deposit deeper than {} m", d.depth_m)).collect();
     let mut header = vec!["distance (m)", "reached in", "probability", "interval"];
-    if hazard.is_some() {
-        header.extend([
-            "median depth (m)",
-            "interval (m)",
-            "one in ten (m)",
-            "median speed (m/s)",
-            "one in ten (m/s)",
-        ]);
-    }
+    header.extend(titles.iter().flat_map(|title| [title.as_str(), "interval"]));
     table(&header, &rows)
 }
 
-/// Depths and speeds in the column that begins at `x` m.
-fn at(hazard: &Hazard, x: f64) -> Vec<String> {
-    let column = hazard.x_m.iter().position(|middle| *middle > x);
-    let cell = |values: &[f64]| column.map_or_else(dash, |c| format!("{:.2}", values[c]));
-    let depth = &hazard.depth_m;
-    vec![
-        cell(&depth.median),
-        column
-            .zip(depth.median_interval.as_ref())
-            .map_or_else(dash, |(c, intervals)| interval(intervals[c], |v| format!("{v:.2}"))),
-        cell(&depth.one_in_ten),
-        cell(&hazard.speed_m_s.median),
-        cell(&hazard.speed_m_s.one_in_ten),
-    ]
+fn depths_and_speeds(analysis: &Analysis, hazard: &Hazard) -> String {
+    let quantiles = [
+        &hazard.depth_m.median,
+        &hazard.depth_m.one_in_ten,
+        &hazard.speed_m_s.median,
+        &hazard.speed_m_s.one_in_ten,
+    ];
+    let show = |value: f64| format!("{value:.2}");
+    let rows = places(analysis).into_iter().map(|x| {
+        let column = column(hazard, x);
+        let mut cells = vec![metres(x)];
+        for quantile in quantiles {
+            cells.push(column.map_or_else(dash, |c| show(quantile.values[c])));
+            let ends = column.zip(quantile.intervals.as_ref()).map(|(c, intervals)| intervals[c]);
+            cells.push(ends.map_or_else(dash, |ends| interval(ends, show)));
+        }
+        (false, cells)
+    });
+    let rows: Vec<(bool, Vec<String>)> = rows.collect();
+    let header = [
+        "distance (m)",
+        "median depth (m)",
+        "interval",
+        "one in ten (m)",
+        "interval",
+        "median speed (m/s)",
+        "interval",
+        "one in ten (m/s)",
+        "interval",
+    ];
+    table(&header, &rows)
+}
+
+/// The column that holds `x` m, or begins there.
+fn column(hazard: &Hazard, x: f64) -> Option<usize> {
+    Some((x / hazard.column_m) as usize).filter(|column| *column < hazard.x_m.len())
 }
 
 fn behind(analysis: &Analysis) -> String {

@@ -5,10 +5,12 @@ use super::html::{captioned, escape, from_table, paragraph, table};
 use super::page::{find, pair};
 use super::{Findings, Material};
 use crate::fit_tables;
+use crate::machine::Machine;
 use crate::table::significant;
 use runout_core::campaign::{Model, Recipe, Slope, Surface};
 use runout_core::slope;
 use runout_proto::identity;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// Site data and fits.
@@ -175,10 +177,40 @@ fn work(material: &Material<'_>) -> String {
     let header = ["worker", "realisations", "seconds each", "hours in all"];
     captioned("Who ran them", &table(&header, &rows))
         + &more
+        + &machines(material)
         + &paragraph(
-            "Workers were let in only with the coordinator's build and with the same digest of their arithmetic; of what \
-             kind a worker's machine was is not recorded, and moves no bit.",
+            "Workers were let in only with the coordinator's build and with the same digest of their arithmetic. The kind of \
+             machine moves no bit; it is what a worker said when it registered, as far back as <code>events.log</code> goes.",
         )
+}
+
+/// The kinds of machines that took part; workers that came back from another kind count under all of theirs together.
+fn machines(material: &Material<'_>) -> String {
+    let mut kinds: BTreeMap<&[Machine], (u64, u64, f64)> = BTreeMap::new();
+    for work in material.work {
+        let (workers, realisations, wall_s) = kinds.entry(&work.machines).or_default();
+        *workers += 1;
+        *realisations += work.realisations;
+        *wall_s += work.wall_s;
+    }
+    let each = |of: &dyn Fn(&Machine) -> String, machines: &[Machine]| -> String {
+        let all: Vec<String> = machines.iter().map(of).collect();
+        if all.is_empty() { "not noted".to_owned() } else { all.join(" / ") }
+    };
+    let rows = kinds.into_iter().map(|(machines, (workers, realisations, wall_s))| {
+        let cells = vec![
+            each(&|m| m.processor.clone(), machines),
+            each(&|m| m.kernel.clone(), machines),
+            each(&|m| m.cores.to_string(), machines),
+            workers.to_string(),
+            realisations.to_string(),
+            significant(wall_s / realisations.max(1) as f64, 3),
+        ];
+        (false, cells)
+    });
+    let rows: Vec<(bool, Vec<String>)> = rows.take(MOST_WORKERS).collect();
+    let header = ["processor", "instructions", "cores", "workers", "realisations", "seconds each"];
+    captioned("On what machines", &table(&header, &rows))
 }
 
 /// What was run again for this page, and whether it gave the same.

@@ -1,7 +1,8 @@
 //! The report: one self-contained page, and its figures as SVG and PNG.
 //!
 //! [`analysis`] makes the numbers from the outcomes ([`families`] the fitted tails, [`reach`] what is reached along the
-//! ground), [`hazard`], [`deterministic`] and [`sensitivity`] those that need replays or fields ([`picks`] says which),
+//! ground), [`hazard`] those from profiles, [`deterministic`] and [`sensitivity`] those that need replays or fields
+//! ([`picks`] says which),
 //! [`figures`] draws, `page` and its parts say it in words. The same run directory gives the same page, byte for byte: it
 //! bears no date.
 
@@ -21,13 +22,15 @@ pub mod reach;
 pub mod sensitivity;
 mod slides;
 
+use crate::machine::Machine;
 use crate::picture::PictureError;
 use crate::replays::Replay;
-use crate::replays::profile::Stations;
 use figures::{Figure, Figures};
+use hazard::Evidence;
 use runout_core::campaign::Campaign;
 use runout_core::fit::Fit;
 use runout_core::outcome::Outcome;
+use runout_core::profile::{Profile, Stations};
 use runout_core::realisation::Prepared;
 use runout_core::seed::Purpose;
 use runout_core::site::SiteData;
@@ -66,7 +69,7 @@ pub struct Replays {
     pub mean_properties: Option<Replay>,
     /// Realisations by index.
     pub realisations: BTreeMap<u64, Replay>,
-    /// Those of them that were chosen at random for the profile along the ground.
+    /// Those of them that were chosen at random for the profile along the ground, where the campaign records none.
     pub profiled: Vec<u64>,
 }
 
@@ -94,6 +97,8 @@ pub struct Work {
     pub realisations: u64,
     /// Wall time of all of them, s.
     pub wall_s: f64,
+    /// What it ran on, as far as that was noted; several if it came back from another machine.
+    pub machines: Vec<Machine>,
 }
 
 /// A finished report.
@@ -148,16 +153,12 @@ fn find(material: &Material<'_>) -> Findings {
             confidence,
         )
     });
-    let profiles: Vec<_> = replays
-        .profiled
-        .iter()
-        .filter_map(|index| replays.realisations.get(index))
-        .map(|r| &r.profile)
-        .collect();
     let decided =
         &material.outcomes[..(analysis.estimate.realisations as usize).min(material.outcomes.len())];
+    let (profiles, evidence) = profiles(material, decided, &analysis.indices);
+    let stations = Stations::of(&model.slope, &model.mesh);
     Findings {
-        hazard: hazard::hazard(&Stations::of(model), &profiles, confidence),
+        hazard: hazard::hazard(&stations, &profiles, evidence, &analysis.reach, confidence),
         sensitivity: material
             .prepared
             .map(|prepared| sensitivity::sensitivity(prepared, decided, confidence))
@@ -166,4 +167,18 @@ fn find(material: &Material<'_>) -> Findings {
         mean_run,
         analysis,
     }
+}
+
+/// The profiles that the hazard rests on: those of all samples, or where one has none, of those replayed for it.
+fn profiles<'a>(
+    material: &Material<'a>,
+    decided: &'a [Outcome],
+    samples: &[u64],
+) -> (Vec<&'a Profile>, Evidence) {
+    let replays = material.replays;
+    let replayed = || {
+        let found = replays.profiled.iter().filter_map(|index| replays.realisations.get(index));
+        (found.filter_map(|replay| replay.profile.as_ref()).collect(), Evidence::Replayed)
+    };
+    hazard::recorded(decided, samples).map_or_else(replayed, |all| (all, Evidence::Recorded))
 }

@@ -62,10 +62,13 @@ impl Reach {
     }
 
     fn beyond(&self, sorted: &[f64], distance_m: f64) -> Option<Probability> {
-        let trials = sorted.len() as u64;
-        let hits = trials - sorted.partition_point(|value| *value <= distance_m) as u64;
-        let interval = interval::probability(hits, trials, self.confidence)?;
-        Some(Probability { hits, share: hits as f64 / trials as f64, interval })
+        let hits = sorted.len() - sorted.partition_point(|value| *value <= distance_m);
+        probability(hits as u64, sorted.len() as u64, self.confidence)
+    }
+
+    /// The probability of what came true in so many of these realisations; absent without realisations.
+    pub fn probability(&self, hits: u64) -> Option<Probability> {
+        probability(hits, self.advances_m.len() as u64, self.confidence)
     }
 
     /// The farthest advance, m; 0 without realisations.
@@ -77,6 +80,11 @@ impl Reach {
     pub fn largest_retreat_m(&self) -> f64 {
         self.retreats_m.last().copied().unwrap_or(0.0)
     }
+}
+
+fn probability(hits: u64, trials: u64, confidence: f64) -> Option<Probability> {
+    let interval = interval::probability(hits, trials, confidence)?;
+    Some(Probability { hits, share: hits as f64 / trials as f64, interval })
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 //! One description (`keys`) serves the JSON schema for editors (`json`) and the reference page (`page`). Tests hold
 //! it against what the parser knows and what the checks refuse, so that it cannot say what is not so.
 
-mod analysis_keys;
 mod json;
 mod keys;
 mod page;

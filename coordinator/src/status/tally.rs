@@ -3,6 +3,7 @@
 //! The coordinator's engine folds the same entries for itself. A tally is folded where the log is written or read, so
 //! that it always belongs to a place in the log.
 
+use crate::essence::Essence;
 use crate::queue;
 use crate::run_directory::RunDirectoryError;
 use crate::store::log::Entry;
@@ -111,7 +112,7 @@ impl Tally {
         if record.reason != Reason::Poison && queue::is_audited(self.seed, self.audit_fraction, index) {
             self.due.insert(index);
         }
-        let outcome = record.to_fold();
+        let outcome = Essence::of_gist(record).outcome(index);
         if self.estimator.decision() != Decision::Continue || index != self.estimator.next_index() {
             self.ahead.insert(index, outcome);
             return;

@@ -48,34 +48,49 @@ pub(super) struct Database {
     file: File,
 }
 
+/// What a database holds, without the outcomes themselves.
+#[derive(Debug, Default)]
+pub(super) struct Listing {
+    /// Indices in order, each with its outcome's digest if that can be read.
+    outcomes: Vec<(u64, Option<[u8; 16]>)>,
+    attempts: BTreeMap<u64, Attempts>,
+}
+
 impl Database {
-    /// Opens or creates the database and compares it with the log; one that does not open is set aside and replaced
-    /// by an empty one.
-    pub(super) fn open(folder: &Path, log: &Contents) -> Result<(Database, Stored, Vec<String>), StoreError> {
+    /// Opens or creates the database and reads all of it, so that every page's own checksum is checked; one that does
+    /// not open is set aside and replaced by an empty one. The notes say what was done.
+    pub(super) fn open(folder: &Path) -> Result<(Database, Listing, Vec<String>), StoreError> {
+        let in_folder = |error| StoreError::File { path: folder.to_owned(), error };
         let mut notes = Vec::new();
-        match remove_stale_snapshots(folder) {
-            Ok(0) => {}
-            Ok(_) => notes.push("store: a stale snapshot, left by a kill, is removed".to_owned()),
-            Err(error) => return Err(StoreError::File { path: folder.to_owned(), error }),
+        if remove_stale_snapshots(folder).map_err(in_folder)? > 0 {
+            notes.push("store: a stale snapshot, left by a kill, is removed".to_owned());
         }
-        let first = open_and_compare(folder, log);
-        let (database, stored) = match first {
-            Ok(opened) => opened,
-            // No room or no right to write: a new database would fare no better.
-            Err(Failure::System(error)) => {
-                return Err(StoreError::File { path: folder.to_owned(), error });
+        match guarded("opening", || open_and_list(folder)) {
+            Ok((database, listing)) => Ok((database, listing, notes)),
+            Err(failure) => {
+                let (database, listing, note) = replace(folder, failure)?;
+                notes.push(note);
+                Ok((database, listing, notes))
             }
-            Err(Failure::Damaged(message)) => {
-                let aside =
-                    set_aside(folder).map_err(|error| StoreError::File { path: folder.to_owned(), error })?;
-                notes.push(format!(
-                    "store: sled did not open ({message}); it is kept as {} and rebuilt",
-                    aside.display()
-                ));
-                open_and_compare(folder, log).map_err(|failure| failure.into_error(folder))?
-            }
+        }
+    }
+
+    /// Holds what was listed against the log's records. A database with an outcome that the log lacks and that cannot be
+    /// read is set aside and replaced by an empty one; the note says so.
+    pub(super) fn compare(
+        self,
+        listing: Listing,
+        log: &Contents,
+    ) -> Result<(Database, Stored, Option<String>), StoreError> {
+        let failure = match guarded("reading", || self.differences(listing, log)) {
+            Ok(stored) => return Ok((self, stored, None)),
+            Err(failure) => failure,
         };
-        Ok((database, stored, notes))
+        let folder = self.folder.clone();
+        drop(self);
+        let (database, listing, note) = replace(&folder, failure)?;
+        let stored = database.differences(listing, log).map_err(|failure| failure.into_error(&folder))?;
+        Ok((database, stored, Some(note)))
     }
 
     /// Inserts the outcomes of the `missing` indices from the log at `path`; returns how many were.
@@ -105,9 +120,7 @@ impl Database {
         entries: &[Entry],
         attempts: &[(u64, Attempts)],
     ) -> Result<(), StoreError> {
-        let written = catch_unwind(AssertUnwindSafe(|| self.write(entries, attempts)));
-        written
-            .unwrap_or_else(|_| Err(Failure::Damaged("sled panicked while writing".to_owned())))
+        guarded("writing", || self.write(entries, attempts))
             .map_err(|failure| failure.into_error(&self.folder))
     }
 
@@ -135,24 +148,36 @@ impl Database {
         Ok(())
     }
 
-    /// Walks the database beside the log's records. Every page's own checksum is checked on the way; an outcome is
-    /// parsed only where the log has none for its index.
-    fn compare(&self, log: &Contents) -> Result<Stored, Failure> {
-        let mut stored = Stored::default();
-        let mut records = log.records.iter().peekable();
+    fn list(&self) -> Result<Listing, Failure> {
+        let mut listing = Listing::default();
         for item in &self.outcomes {
             let (key, value) = item?;
-            let index = read_index(&key)?;
+            listing.outcomes.push((read_index(&key)?, digest_in(&value).map(u128::to_be_bytes)));
+        }
+        for item in &self.attempts {
+            let (key, value) = item?;
+            listing.attempts.insert(read_index(&key)?, read_attempts(&value)?);
+        }
+        Ok(listing)
+    }
+
+    /// Walks the listing beside the log's records. An outcome is parsed only where the log has none for its index.
+    fn differences(&self, listing: Listing, log: &Contents) -> Result<Stored, Failure> {
+        let mut stored = Stored { attempts: listing.attempts, ..Stored::default() };
+        let mut records = log.records.iter().peekable();
+        for (index, digest) in listing.outcomes {
             while let Some(record) = records.next_if(|record| record.index < index) {
                 stored.missing.insert(record.index);
             }
             match records.next_if(|record| record.index == index) {
-                Some(record) if holds(&value, record.digest) => {}
+                Some(record) if digest == Some(record.digest.to_be_bytes()) => {}
                 Some(record) => {
                     stored.missing.insert(record.index);
                 }
                 None => {
-                    let record = read_record(index, &value)?;
+                    let value = self.outcomes.get(index.to_be_bytes())?;
+                    let gone = || Failure::Damaged("an outcome that was listed is gone".to_owned());
+                    let record = read_record(index, &value.ok_or_else(gone)?)?;
                     match log.withdrawn.iter().find(|named| named.names(&record)) {
                         Some(named) => stored.withdrawn.push(named.clone()),
                         None => stored.only_here.push(record),
@@ -161,10 +186,6 @@ impl Database {
             }
         }
         stored.missing.extend(records.map(|record| record.index));
-        for item in &self.attempts {
-            let (key, value) = item?;
-            stored.attempts.insert(read_index(&key)?, read_attempts(&value)?);
-        }
         Ok(stored)
     }
 }
@@ -174,31 +195,27 @@ impl Database {
 /// # Errors
 /// It does not open, or something in it is damaged, in words.
 pub(crate) fn read_all(folder: &Path, mut each: impl FnMut(Record)) -> Result<(), String> {
-    let opened = catch_unwind(AssertUnwindSafe(|| -> Result<(), Failure> {
+    let read = guarded("opening", || {
         let database = open_when_unlocked(folder)?;
         for item in &database.outcomes {
             let (key, value) = item?;
             each(read_record(read_index(&key)?, &value)?);
         }
         Ok(())
-    }));
-    match opened {
-        Ok(Ok(())) => Ok(()),
-        Ok(Err(Failure::System(error))) => Err(error.to_string()),
-        Ok(Err(Failure::Damaged(message))) => Err(message),
-        Err(_) => Err("sled panicked while opening".to_owned()),
-    }
+    });
+    read.map_err(|failure| match failure {
+        Failure::System(error) => error.to_string(),
+        Failure::Damaged(message) => message,
+    })
 }
 
-/// Whether a stored outcome has this digest. Its digest is the only text of so many digits in it but the worker's
-/// name, which does not stand behind this key.
-fn holds(value: &[u8], digest: u128) -> bool {
+/// The digest of a stored outcome. It is the only text of so many digits in it but the worker's name, which does not
+/// stand behind this key.
+fn digest_in(value: &[u8]) -> Option<u128> {
     const KEY: &[u8] = b"\"digest\":\"";
-    let place = value.windows(KEY.len()).rposition(|window| window == KEY);
-    place.is_some_and(|place| {
-        let digits = value.get(place + KEY.len()..place + KEY.len() + 32);
-        digits.is_some_and(|digits| digits == format!("{digest:032x}").as_bytes())
-    })
+    let place = value.windows(KEY.len()).rposition(|window| window == KEY)?;
+    let digits = value.get(place + KEY.len()..place + KEY.len() + 32)?;
+    u128::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()
 }
 
 fn read_record(index: u64, value: &[u8]) -> Result<Record, Failure> {
@@ -242,14 +259,32 @@ impl From<sled::Error> for Failure {
     }
 }
 
-fn open_and_compare(folder: &Path, log: &Contents) -> Result<(Database, Stored), Failure> {
+fn open_and_list(folder: &Path) -> Result<(Database, Listing), Failure> {
     fs::create_dir_all(folder)?;
-    let opened = catch_unwind(|| {
-        let database = open_when_unlocked(folder)?;
-        let stored = database.compare(log)?;
-        Ok((database, stored))
-    });
-    opened.unwrap_or_else(|_| Err(Failure::Damaged("sled panicked while opening".to_owned())))
+    let database = open_when_unlocked(folder)?;
+    let listing = database.list()?;
+    Ok((database, listing))
+}
+
+/// What `work` gives; damage if sled panics in it.
+fn guarded<T>(doing: &str, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    let panicked = |_| Err(Failure::Damaged(format!("sled panicked while {doing}")));
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(panicked)
+}
+
+/// Sets a damaged database aside and opens an empty one in its place; says so.
+fn replace(folder: &Path, failure: Failure) -> Result<(Database, Listing, String), StoreError> {
+    let in_folder = |error| StoreError::File { path: folder.to_owned(), error };
+    let message = match failure {
+        Failure::Damaged(message) => message,
+        // No room or no right to write: a new database would fare no better.
+        Failure::System(error) => return Err(in_folder(error)),
+    };
+    let aside = set_aside(folder).map_err(in_folder)?;
+    let note = format!("store: sled did not open ({message}); it is kept as {} and rebuilt", aside.display());
+    let opened = guarded("opening", || open_and_list(folder));
+    let (database, listing) = opened.map_err(|failure| failure.into_error(folder))?;
+    Ok((database, listing, note))
 }
 
 fn open_when_unlocked(folder: &Path) -> Result<Database, Failure> {

@@ -4,6 +4,7 @@
 //! line stands for itself, so that damage (a torn last line, zeroed blocks after a power cut) costs the lines it
 //! hits and no others. [`super::scan`] reads it.
 
+use super::blocks::read_entries;
 use super::scan::{self, Line, Place, Scan};
 use super::wire::Form;
 use runout_core::outcome::Outcome;
@@ -76,12 +77,14 @@ impl Log {
     ///
     /// # Errors
     /// Reading, writing or syncing fails.
-    pub fn open<R: Form>(path: &Path, mut each: impl FnMut(Entry<R>)) -> io::Result<(Log, Vec<String>)> {
+    pub fn open<R: Form + Send>(
+        path: &Path,
+        mut each: impl FnMut(Entry<R>),
+    ) -> io::Result<(Log, Vec<String>)> {
         let mut lines = 0;
-        let scan = scan::scan_file(path, Place::default(), |line: Line<'_, R>| {
-            each(line.entry);
+        let scan = read_entries(path, |entry| {
+            each(entry);
             lines += 1;
-            Ok(())
         })?;
         let notes = mend(path, scan)?;
         let file = OpenOptions::new().append(true).create(true).open(path)?;
@@ -173,6 +176,16 @@ mod tests {
         let (read, scan) = read(text.as_bytes());
         assert_eq!(read, all);
         assert_eq!(scan, Scan { end: Place { bytes: text.len() as u64, lines: 8 }, ..Scan::default() });
+    }
+
+    /// A run directory from before outcomes could have a profile stays sound: its lines are read, and written the same.
+    #[test]
+    fn a_line_without_profile_is_read_and_written_the_same() {
+        let text = include_str!("testdata/outcome-without-profile.log");
+        let (entries, scan) = read(text.as_bytes());
+        let [Entry::Outcome(found)] = &entries[..] else { panic!("{scan:?}") };
+        assert_eq!((found.outcome.points, &found.outcome.profile), (1302, &None));
+        assert_eq!(line(&entries[0]), text);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! the attempts given out. At opening the two are reconciled, and sled is rebuilt from the log if it does not open.
 //! Memory does not depend on the length of lines, and only [`wire::Gist`]s of the outcomes are kept.
 
+mod blocks;
 pub mod contents;
 pub mod database;
 pub mod log;
@@ -15,10 +16,12 @@ use crate::rulings;
 pub use contents::{Contents, Ledger, Withdrawal};
 use database::Database;
 use log::{Entry, Log};
-use scan::{Line, Place, scan_file};
+use scan::Place;
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::thread;
 use thiserror::Error;
 
 /// Name of the outcome log in a run directory.
@@ -67,11 +70,19 @@ impl Store {
         let log_path = folder.join(LOG_FILE);
         let in_log = |error| StoreError::File { path: log_path.clone(), error };
         let mut ledger = Ledger::new();
-        let (mut log, damage) = Log::open(&log_path, |entry| ledger.push(entry)).map_err(in_log)?;
+        // Both are read whole, which takes seconds where there are a million outcomes.
+        let (read, opened) = thread::scope(|scope| {
+            let database = scope.spawn(|| Database::open(&folder.join(DATABASE_FOLDER)));
+            let read = Log::open(&log_path, |entry| ledger.push(entry));
+            (read, database.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        });
+        let (mut log, damage) = read.map_err(in_log)?;
+        let (database, listing, notes) = opened?;
         let mut contents = ledger.finish();
         contents.notes.extend(damage.into_iter().map(|d| format!("{LOG_FILE}: {d}")));
-        let (mut database, stored, notes) = Database::open(&folder.join(DATABASE_FOLDER), &contents)?;
         contents.notes.extend(notes);
+        let (mut database, stored, note) = database.compare(listing, &contents)?;
+        contents.notes.extend(note);
         contents.attempts = stored.attempts;
 
         if !stored.withdrawn.is_empty() {
@@ -129,12 +140,9 @@ fn withdrawn(named: &Withdrawal) -> Entry {
 ///
 /// # Errors
 /// Reading fails.
-pub fn read_log<R: wire::Form>(path: &Path) -> io::Result<(Contents<R>, scan::Scan)> {
+pub fn read_log<R: wire::Form + Send>(path: &Path) -> io::Result<(Contents<R>, scan::Scan)> {
     let mut ledger = Ledger::new();
-    let scan = scan_file(path, Place::default(), |line: Line<'_, R>| {
-        ledger.push(line.entry);
-        Ok(())
-    })?;
+    let scan = blocks::read_entries(path, |entry| ledger.push(entry))?;
     let mut contents = ledger.finish();
     rulings::apply(&mut contents);
     Ok((contents, scan))
@@ -198,6 +206,7 @@ pub(crate) mod tests {
     use super::*;
     use runout_core::gimp::Energy;
     use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+    use runout_core::profile::Profile;
     use std::collections::{BTreeMap, BTreeSet};
 
     pub(crate) fn record(index: u64) -> Record {
@@ -221,6 +230,11 @@ pub(crate) mod tests {
             simulated_s: x,
             steps: index,
             points: 100,
+            profile: index.is_multiple_of(2).then(|| Profile {
+                column_m: 0.5,
+                depth_mm: vec![index as u32, 7],
+                speed_mm_s: vec![1],
+            }),
             digest: format!("{index:032x}"),
         };
         Record { outcome, attempt: 1, worker: "a".into(), wall_s: 0.5 }

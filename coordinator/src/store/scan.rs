@@ -59,6 +59,15 @@ impl Scan {
             self.more_damage += 1;
         }
     }
+
+    /// Takes the scan of what follows in the same log.
+    pub(super) fn append(&mut self, later: Scan) {
+        let Scan { end, damage, more_damage, unfinished_bytes, missing_line_end } = later;
+        let room = MOST_DESCRIBED - self.damage.len();
+        self.more_damage += more_damage + damage.len().saturating_sub(room) as u64;
+        self.damage.extend(damage.into_iter().take(room));
+        (self.end, self.unfinished_bytes, self.missing_line_end) = (end, unfinished_bytes, missing_line_end);
+    }
 }
 
 /// A sound line: the entry, and the line's bytes with its end.
@@ -96,9 +105,17 @@ pub fn scan_file<R: Form>(
 pub fn scan<R: Form>(
     reader: impl Read,
     from: Place,
+    each: impl FnMut(Line<'_, R>) -> io::Result<()>,
+) -> io::Result<Scan> {
+    scan_lines(BufReader::with_capacity(BUFFER_BYTES, reader), from, each)
+}
+
+/// As [`scan`], from what has a buffer of its own.
+pub(super) fn scan_lines<R: Form>(
+    mut reader: impl BufRead,
+    from: Place,
     mut each: impl FnMut(Line<'_, R>) -> io::Result<()>,
 ) -> io::Result<Scan> {
-    let mut reader = BufReader::with_capacity(BUFFER_BYTES, reader);
     let mut scan = Scan { end: from, ..Scan::default() };
     let mut line = Vec::new();
     loop {

@@ -6,8 +6,8 @@
 
 use super::log::{Entry, Record};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -38,29 +38,14 @@ impl Gist {
     /// The gist of a record; none if its digest is not of 32 hexadecimal digits.
     pub fn of(record: &Record) -> Option<Gist> {
         let Outcome { index, outcome, reason, measures, energy_drifted, ref digest, .. } = record.outcome;
-        let part = OutcomeGist { index, outcome, reason, measures, energy_drifted, digest: digest.clone() };
+        let part =
+            OutcomeGist { index, outcome, reason, measures, energy_drifted, digest: digest_of(digest)? };
         Gist::new(part, record.attempt, &record.worker, record.wall_s)
     }
 
     /// The digest as it is written.
     pub fn digest_text(&self) -> String {
         format!("{:032x}", self.digest)
-    }
-
-    /// As much of the outcome as estimates rest on; energies, times and counts are left out.
-    pub fn to_fold(&self) -> Outcome {
-        Outcome {
-            index: self.index,
-            outcome: self.outcome,
-            reason: self.reason,
-            measures: self.measures,
-            energy: None,
-            energy_drifted: self.energy_drifted,
-            simulated_s: 0.0,
-            steps: 0,
-            points: 0,
-            digest: String::new(),
-        }
     }
 }
 
@@ -117,7 +102,17 @@ pub struct OutcomeGist {
     reason: Reason,
     measures: Option<Measures>,
     energy_drifted: bool,
-    digest: String,
+    #[serde(deserialize_with = "read_digest")]
+    digest: u128,
+}
+
+fn read_digest<'de, D: Deserializer<'de>>(text: D) -> Result<u128, D::Error> {
+    let wrong = || D::Error::custom("a digest has 32 hexadecimal digits");
+    digest_of(<&str>::deserialize(text)?).ok_or_else(wrong)
+}
+
+fn digest_of(text: &str) -> Option<u128> {
+    (text.len() == 32).then(|| u128::from_str_radix(text, 16).ok())?
 }
 
 impl Form for Gist {
@@ -125,7 +120,6 @@ impl Form for Gist {
 
     fn new(outcome: OutcomeGist, attempt: u32, worker: &str, wall_s: f64) -> Option<Gist> {
         let OutcomeGist { index, outcome, reason, measures, energy_drifted, digest } = outcome;
-        let digest = (digest.len() == 32).then(|| u128::from_str_radix(&digest, 16).ok())??;
         let worker = Arc::from(worker);
         Some(Gist { index, outcome, reason, measures, energy_drifted, digest, attempt, worker, wall_s })
     }

@@ -5,6 +5,8 @@
 pub mod slurm;
 pub mod time_limit;
 
+use crate::tls::InitError;
+use runout_proto::tls::TlsError;
 use std::path::Path;
 use thiserror::Error;
 
@@ -63,6 +65,17 @@ pub enum SubmitError {
         /// What has become of what was submitted before.
         after: String,
     },
+    /// The certificates of an earlier submission cannot be used.
+    #[error("{error}; or remove {folder}, and submitting again makes new certificates")]
+    Certificates {
+        /// The TLS directory.
+        folder: String,
+        /// What is wrong with them.
+        error: TlsError,
+    },
+    /// Certificates cannot be made.
+    #[error(transparent)]
+    Certify(#[from] InitError),
     /// A script cannot be written.
     #[error("{path}: {error}")]
     File {
@@ -78,8 +91,8 @@ impl SubmitError {
     pub fn exit_code(&self) -> u8 {
         match self {
             SubmitError::Path { .. } | SubmitError::Flag { .. } | SubmitError::NoProgram { .. } => 2,
-            SubmitError::StillQueued { .. } => 2,
-            SubmitError::Refused { .. } | SubmitError::File { .. } => 1,
+            SubmitError::StillQueued { .. } | SubmitError::Certificates { .. } => 2,
+            SubmitError::Refused { .. } | SubmitError::Certify(_) | SubmitError::File { .. } => 1,
         }
     }
 }

@@ -8,12 +8,17 @@ mod authority;
 pub use authority::{Authority, IssueError, Pair, Validity};
 
 use crate::listen;
-use runout_proto::tls::{AUTHORITY_FILE, Role};
+use runout_proto::tls::{AUTHORITY_FILE, Role, SERVER_NAME_FILE};
+use rustls::pki_types::ServerName;
 use std::fs::{DirBuilder, File};
 use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
+
+/// TLS directory of a campaign's own, in its run directory: made where the campaign is submitted to a batch system, and
+/// used by commands that look at the run directory and are given none.
+pub const FOLDER: &str = "tls";
 
 /// For the owner only: the directory, and the keys in it.
 const DIRECTORY_MODE: u32 = 0o700;
@@ -26,6 +31,9 @@ pub enum InitError {
     /// Something is there.
     #[error("{}: it is there already, and certificates are never overwritten: take another directory", .0.display())]
     Exists(PathBuf),
+    /// Not a name that a certificate can bear.
+    #[error("--server-name {0}: it must be a host name, such as coordinator.runout")]
+    ServerName(String),
     /// The system refuses.
     #[error("{}: {error}", path.display())]
     File {
@@ -39,13 +47,27 @@ pub enum InitError {
     Issue(#[from] IssueError),
 }
 
-/// Makes a TLS directory: `ca.pem`, and certificate and key of every role. `hosts` are names and IP addresses of the
-/// coordinator's machine beside this machine's name and loopback.
+/// What the coordinator's certificate is for.
+#[derive(Debug, Clone, Default)]
+pub struct Names {
+    /// Names and IP addresses of its machine beside this machine's name and loopback.
+    pub hosts: Vec<String>,
+    /// The one name that clients are to expect, whatever the machine.
+    pub server: Option<String>,
+}
+
+/// Makes a TLS directory: `ca.pem`, certificate and key of every role, and `server.name` where clients are to expect one.
+/// Returns the hosts that the coordinator's certificate is for.
 ///
 /// # Errors
 /// The directory holds any of its files already, it cannot be written, or a host is none.
-pub fn init(folder: &Path, hosts: &[String], validity: Validity) -> Result<Vec<String>, InitError> {
-    let hosts = with_this_machine(hosts);
+pub fn init(folder: &Path, names: &Names, validity: Validity) -> Result<Vec<String>, InitError> {
+    if let Some(name) = &names.server
+        && !matches!(ServerName::try_from(name.as_str()), Ok(ServerName::DnsName(_)))
+    {
+        return Err(InitError::ServerName(name.clone()));
+    }
+    let hosts = with_this_machine(names);
     let authority = Authority::new(validity)?;
     let mut files = vec![(AUTHORITY_FILE.to_owned(), authority.certificate_pem(), CERTIFICATE_MODE)];
     for role in Role::ALL {
@@ -53,6 +75,9 @@ pub fn init(folder: &Path, hosts: &[String], validity: Validity) -> Result<Vec<S
         let Pair { certificate_pem, key_pem } = authority.issue(Some(role), names, validity)?;
         files.push((role.certificate_file(), certificate_pem, CERTIFICATE_MODE));
         files.push((role.key_file(), key_pem, KEY_MODE));
+    }
+    if let Some(name) = &names.server {
+        files.push((SERVER_NAME_FILE.to_owned(), format!("{name}\n"), CERTIFICATE_MODE));
     }
     let taken = files.iter().map(|(name, ..)| folder.join(name)).find(|path| path.exists());
     if let Some(path) = taken {
@@ -80,11 +105,12 @@ fn write_new(path: &Path, text: &str, mode: u32) -> io::Result<()> {
     file.sync_all()
 }
 
-/// The hosts asked for, loopback and this machine's name, each once.
-fn with_this_machine(hosts: &[String]) -> Vec<String> {
+/// The names asked for, loopback and this machine's name, each once.
+fn with_this_machine(names: &Names) -> Vec<String> {
     let usual = ["localhost", "127.0.0.1", "::1"].map(str::to_owned);
     let mut all: Vec<String> = Vec::new();
-    for host in hosts.iter().cloned().chain(usual).chain(listen::host_name()) {
+    let asked = names.server.iter().chain(&names.hosts).cloned();
+    for host in asked.chain(usual).chain(listen::host_name()) {
         if !all.contains(&host) {
             all.push(host);
         }
@@ -105,7 +131,8 @@ mod tests {
     fn a_directory_is_made_once_and_its_keys_are_private() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("tls");
-        let hosts = init(&folder, &["node7".into(), "10.0.0.7".into()], Validity::days(30)).unwrap();
+        let names = Names { hosts: vec!["node7".into(), "10.0.0.7".into()], server: None };
+        let hosts = init(&folder, &names, Validity::days(30)).unwrap();
         assert!(hosts.starts_with(&["node7".into(), "10.0.0.7".into(), "localhost".into()]), "{hosts:?}");
         assert_eq!(mode(&folder), 0o700);
         for role in Role::ALL {
@@ -118,9 +145,27 @@ mod tests {
             assert!(server.is_valid_for(host), "{host}");
         }
         assert!(!server.is_valid_for("node8") && !server.is_valid_for("10.0.0.8"));
-        let again = init(&folder, &[], Validity::days(30)).unwrap_err().to_string();
+        let again = init(&folder, &Names::default(), Validity::days(30)).unwrap_err().to_string();
         assert!(again.contains("never overwritten"), "{again}");
         assert!(!format!("{server:?}").contains("PRIVATE"));
+    }
+
+    #[test]
+    fn a_name_can_stand_for_whatever_host() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path();
+        let names = Names { hosts: Vec::new(), server: Some("coordinator.runout".into()) };
+        init(folder, &names, Validity::days(30)).unwrap();
+        let server = Credentials::load(folder, Role::Server).unwrap();
+        assert_eq!(server.server_name.as_deref(), Some("coordinator.runout"));
+        assert!(server.is_valid_for("node8") && server.is_valid_for("10.0.0.8"));
+        std::fs::write(folder.join(SERVER_NAME_FILE), "other.runout\n").unwrap();
+        assert!(!Credentials::load(folder, Role::Server).unwrap().is_valid_for("node8"));
+        for none in ["", "10.0.0.8", "two names"] {
+            std::fs::write(folder.join(SERVER_NAME_FILE), none).unwrap();
+            let said = Credentials::load(folder, Role::Worker).unwrap_err().to_string();
+            assert!(said.contains("server.name: it must hold one host name"), "{said}");
+        }
     }
 
     #[test]

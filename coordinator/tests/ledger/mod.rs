@@ -14,6 +14,7 @@ use runout::store::{self, Store};
 use runout_core::estimate::Estimator;
 use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::profile::Profile;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -83,6 +84,11 @@ pub(crate) fn outcome(index: u64) -> Outcome {
         simulated_s: 5.0 * unit("simulated"),
         steps: 1000 + index,
         points: 100,
+        profile: (!failed).then(|| Profile {
+            column_m: 0.5,
+            depth_mm: vec![1500; (draw("columns", index) % 20) as usize],
+            speed_mm_s: vec![1 + (draw("speed", index) % 9000) as u32; 3],
+        }),
         digest: blake3::hash(&index.to_le_bytes()).to_hex()[..32].to_owned(),
     }
 }

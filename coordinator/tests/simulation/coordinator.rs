@@ -19,7 +19,7 @@ pub(crate) enum Call {
     Register { name: String, slots: u32, held: Vec<Lease> },
     Lease { id: WorkerId },
     Heartbeat { id: WorkerId, held: Vec<Held> },
-    Report { id: WorkerId, attempt: u32, outcome: Outcome },
+    Report { id: WorkerId, attempt: u32, outcome: Box<Outcome> },
     Release { id: WorkerId, leases: Vec<Lease>, leaving: bool },
 }
 
@@ -189,16 +189,17 @@ impl Session {
                     Some(Reply::Beat { order, cancel })
                 }
             },
-            Call::Report { id, attempt, outcome } => match self.engine.report(id, attempt, outcome, 1.0, now)
-            {
-                Err(_) => Some(Reply::Unknown),
-                Ok(Step::Answer(verdict)) => Some(Reply::Verdict(verdict)),
-                Ok(Step::Busy) => Some(Reply::Busy),
-                Ok(Step::Store(entry, verdict)) => {
-                    self.waiting.push((Job::Entry(entry), Some((from, Reply::Verdict(verdict)))));
-                    None
+            Call::Report { id, attempt, outcome } => {
+                match self.engine.report(id, attempt, *outcome, 1.0, now) {
+                    Err(_) => Some(Reply::Unknown),
+                    Ok(Step::Answer(verdict)) => Some(Reply::Verdict(verdict)),
+                    Ok(Step::Busy) => Some(Reply::Busy),
+                    Ok(Step::Store(entry, verdict)) => {
+                        self.waiting.push((Job::Entry(entry), Some((from, Reply::Verdict(verdict)))));
+                        None
+                    }
                 }
-            },
+            }
             Call::Release { id, leases, leaving } => {
                 match self.engine.release(id, &leases, false, leaving, now) {
                     Err(_) => Some(Reply::Unknown),

@@ -4,8 +4,8 @@ use super::coordinator::{Call, Reply, held_at};
 use super::random::Random;
 use runout::engine::Verdict;
 use runout::queue::{Held, Lease, Order, WorkerId};
-use runout_core::gimp::Energy;
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
+use runout_core::profile::Profile;
 use std::collections::BTreeMap;
 
 const SECOND_US: u64 = 1_000_000;
@@ -192,14 +192,14 @@ impl Process {
             Purpose::LeftBehind => match self.left_behind.first() {
                 None => return,
                 Some(Report { attempt, outcome }) => {
-                    Call::Report { id, attempt: *attempt, outcome: outcome.clone() }
+                    Call::Report { id, attempt: *attempt, outcome: Box::new(outcome.clone()) }
                 }
             },
             Purpose::Lease(slot) | Purpose::Report(slot) => match &self.slots[slot] {
                 Slot::Asking => Call::Lease { id },
                 Slot::Computing { .. } => return,
                 Slot::Reporting { report, .. } => {
-                    Call::Report { id, attempt: report.attempt, outcome: report.outcome.clone() }
+                    Call::Report { id, attempt: report.attempt, outcome: Box::new(report.outcome.clone()) }
                 }
             },
         };
@@ -355,6 +355,10 @@ fn acknowledged(verdict: Verdict, index: u64, wanted: &mut Vec<Do>) {
     }
 }
 
+fn profile(index: u64) -> Profile {
+    Profile { column_m: 0.5, depth_mm: vec![index as u32 + 1; (index % 64) as usize], speed_mm_s: vec![7] }
+}
+
 /// The outcome of a sound worker: it follows from seed and index.
 pub(crate) fn outcome(seed: u64, index: u64) -> Outcome {
     let mut random = Random::new(seed ^ (index << 20));
@@ -364,21 +368,15 @@ pub(crate) fn outcome(seed: u64, index: u64) -> Outcome {
         max_displacement_m: distance_m,
         displacement_q999_m: distance_m,
         toe_advance_m: distance_m,
-        crest_retreat_m: 0.0,
-        moved_area_m2: 0.0,
-        deposit_height_at_toe_m: 0.0,
-        time_to_rest_s: None,
+        ..Measures::default()
     };
+    let kind = if stable { OutcomeKind::Stable } else { OutcomeKind::Runout };
     Outcome {
-        index,
-        outcome: if stable { OutcomeKind::Stable } else { OutcomeKind::Runout },
-        reason: Reason::AtRest,
-        measures: Some(measures),
-        energy: Some(Energy::default()),
-        energy_drifted: false,
         simulated_s: 1.0,
         steps: index,
         points: 100,
+        profile: index.is_multiple_of(2).then(|| profile(index)),
         digest: format!("{:016x}{index:016x}", random.next()),
+        ..Outcome::bare(index, kind, Reason::AtRest, Some(measures))
     }
 }

@@ -211,7 +211,7 @@ pub fn spec(formulation: Formulation) -> Spec {
             rest_pore_pressure_change_pa: 500.0,
             energy_drift_limit: 0.05,
         },
-        sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1 },
+        sample: Sample { measure: RunoutMeasure::DisplacementQ999, threshold_m: 0.1, profile: false },
         maximum_steps: 1_000_000,
     };
     let copula = Copula::Independent { dimension: 0 };

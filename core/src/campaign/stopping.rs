@@ -43,6 +43,10 @@ pub struct Sample {
     pub measure: RunoutMeasure,
     /// Threshold, m.
     pub threshold_m: f64,
+    /// Whether every outcome has a profile along the ground. Specs frozen before this could be asked for do not have it, and
+    /// keep their digests.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub profile: bool,
 }
 
 /// When the campaign has enough realisations. Not part of the spec's identity: it moves no outcome.

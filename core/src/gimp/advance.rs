@@ -10,7 +10,7 @@ use super::kernel::Build;
 use super::loads::Loads;
 use super::momentum::NodeWork;
 use super::nodes::Nodes;
-use super::phase::{Phase, Tally, rest_padding};
+use super::phase::{Phase, Tally, follow_last, rest_padding};
 use super::plan::{Chunk, Plan};
 use super::strain::Averaging;
 use super::water::PoreWater;
@@ -136,6 +136,11 @@ fn run(arena: &mut Arena, job: &Job<'_>) -> Tally {
         let tally = job.at_nodes(grid, &spans, &plan.bands, Window::all(nodes));
         nodes.spans = spans;
         return tally;
+    }
+    if job.phase == Phase::Gather
+        && let Some(last) = blocks.last_mut()
+    {
+        follow_last(last, extras.last_mut(), *live_in_last);
     }
     let mut tally = Tally::default();
     for chunks in &plan.colours {

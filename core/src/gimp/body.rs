@@ -100,6 +100,34 @@ pub struct State {
     pub plastic_strain: Vec<f64>,
 }
 
+impl State {
+    /// The points' motion, in their original order.
+    pub fn motion(&self) -> impl Iterator<Item = PointMotion> + '_ {
+        (0..self.x.len()).map(|i| PointMotion {
+            x: self.x[i],
+            y: self.y[i],
+            vx: self.vx[i],
+            vy: self.vy[i],
+            volume: self.volume[i],
+        })
+    }
+}
+
+/// Where a point is and how the skeleton moves there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMotion {
+    /// Position, m.
+    pub x: f64,
+    /// Position, m.
+    pub y: f64,
+    /// Velocity of the skeleton, m/s.
+    pub vx: f64,
+    /// Velocity of the skeleton, m/s.
+    pub vy: f64,
+    /// Volume, m2.
+    pub volume: f64,
+}
+
 /// An analysis under way.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -255,6 +283,21 @@ impl Body {
             let block = &self.arena.blocks[place / 8];
             positions[original as usize] = [block.x.0[place % 8], block.y.0[place % 8]];
         }
+    }
+
+    /// The points' motion in the order in which they lie in memory, which follows from the analysis alone; allocates
+    /// nothing.
+    pub fn motion(&self) -> impl Iterator<Item = PointMotion> + '_ {
+        (0..self.order.len()).map(|place| {
+            let (block, lane) = (&self.arena.blocks[place / 8], place % 8);
+            PointMotion {
+                x: block.x.0[lane],
+                y: block.y.0[lane],
+                vx: block.vx.0[lane],
+                vy: block.vy.0[lane],
+                volume: block.volume.0[lane],
+            }
+        })
     }
 
     /// Writes down what the rule for rest looks at.

@@ -49,7 +49,7 @@ mod update;
 mod water;
 mod window;
 
-pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, Report, State};
+pub use body::{Body, LARGEST_FRICTION_ANGLE_RAD, MaterialError, PointMotion, Report, State};
 pub use energy::Energy;
 pub use grid::Grid;
 pub use kernel::Kernel;

@@ -6,6 +6,7 @@ use super::{PointProperties, Prepared, record};
 use crate::campaign::{Formulation, WaterAboveTable};
 use crate::gimp::{self, Body, End, Energy, InitialPoints, Limits, MaterialError, RestRule, State};
 use crate::outcome::{Outcome, Reason};
+use crate::profile::{LOOK_EVERY_S, Profile, Recorder, Stations};
 use crate::slope;
 use std::ops::ControlFlow;
 
@@ -58,6 +59,28 @@ pub(super) struct Failure {
     pub(super) energy: Energy,
     /// Whether the material still moved when the duration was over.
     pub(super) moving: bool,
+    /// Present if the campaign asks for it.
+    pub(super) profile: Option<Profile>,
+}
+
+/// Tells the first step at or after every multiple of a time.
+struct Every {
+    time_s: f64,
+    next: u32,
+}
+
+impl Every {
+    fn new(time_s: f64) -> Every {
+        Every { time_s, next: 1 }
+    }
+
+    fn is_due(&mut self, now_s: f64) -> bool {
+        let due = now_s >= f64::from(self.next) * self.time_s;
+        if due {
+            self.next = (now_s / self.time_s).floor() as u32 + 1;
+        }
+        due
+    }
 }
 
 impl Prepared {
@@ -114,7 +137,10 @@ impl Prepared {
             rest: analysis.stop_at_rest.then_some(rest),
         };
         let steps_before = progress.steps();
-        let mut next_observation = 1;
+        let (mut observed, mut looked) = (Every::new(every_s), Every::new(LOOK_EVERY_S));
+        let model = &self.spec.model;
+        let mut recorder =
+            model.sample.profile.then(|| Recorder::new(Stations::of(&model.slope, &model.mesh)));
         // The last stretch of the duration tells whether the material still moves.
         let stretch_start = analysis.duration_s - analysis.rest_hold_s;
         let mut before_stretch: Option<(f64, Vec<[f64; 2]>)> = None;
@@ -123,9 +149,11 @@ impl Prepared {
         }
         let end = gimp::run(&mut body, &limits, &mut |body| {
             progress.advance(steps_before + body.steps(), body.time_s());
-            if body.time_s() >= f64::from(next_observation) * every_s {
+            if observed.is_due(body.time_s()) {
                 self.observe(body.time_s(), start, body.state(), properties, observer);
-                next_observation = (body.time_s() / every_s).floor() as u32 + 1;
+            }
+            if let Some(recorder) = recorder.as_mut().filter(|_| looked.is_due(body.time_s())) {
+                recorder.look(body.motion());
             }
             if before_stretch.is_none() && body.time_s() >= stretch_start {
                 before_stretch = Some((body.time_s(), body.positions()));
@@ -148,6 +176,10 @@ impl Prepared {
             steps: body.steps(),
             energy: body.energy(),
             moving,
+            profile: recorder.map(|mut recorder| {
+                recorder.look(body.motion());
+                recorder.finish()
+            }),
             state,
         })
     }

@@ -115,7 +115,7 @@ fn model() -> Model {
             rest_pore_pressure_change_pa: 100.0,
             energy_drift_limit: 0.05,
         },
-        sample: Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 1e-3 },
+        sample: Sample { measure: RunoutMeasure::MaxDisplacement, threshold_m: 1e-3, profile: false },
         maximum_steps: 1000,
     }
 }

@@ -6,6 +6,7 @@ use super::insitu::InSitu;
 use crate::campaign::Model;
 use crate::gimp::{End, State};
 use crate::outcome::{Outcome, OutcomeKind, Reason};
+use crate::profile::Profile;
 use crate::runout::{self, Moved};
 
 /// The outcome of an analysis whose failure stage began at `start` and ended as `failure`.
@@ -42,6 +43,7 @@ pub(super) fn outcome(prepared: &Prepared, index: u64, start: &InSitu, failure: 
         simulated_s: failure.simulated_s,
         steps: failure.steps,
         points: prepared.points() as u64,
+        profile: failure.profile.clone().filter(|_| !failed),
         digest: String::new(),
     };
     signed(outcome, Some(state))
@@ -59,6 +61,7 @@ pub(super) fn unstarted(prepared: &Prepared, index: u64, reason: Reason) -> Outc
         simulated_s: 0.0,
         steps: 0,
         points: prepared.points() as u64,
+        profile: None,
         digest: String::new(),
     };
     signed(outcome, None)
@@ -135,6 +138,16 @@ fn digest(outcome: &Outcome, state: Option<&State>) -> String {
     }
     hasher.update(outcome.outcome.name().as_bytes());
     hasher.update(outcome.reason.name().as_bytes());
+    if let Some(Profile { column_m, depth_mm, speed_mm_s }) = &outcome.profile {
+        hasher.update(&bits(*column_m));
+        // With their lengths, so that no other two lists give the same bytes.
+        for values in [depth_mm, speed_mm_s] {
+            hasher.update(&(values.len() as u64).to_le_bytes());
+            values.iter().for_each(|value| {
+                hasher.update(&value.to_le_bytes());
+            });
+        }
+    }
     hasher.finalize().to_hex()[..32].to_owned()
 }
 

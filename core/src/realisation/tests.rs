@@ -2,7 +2,7 @@
 
 use super::insitu::InSitu;
 use super::probe;
-use super::{Prepared, Progress, Source};
+use super::{Prepared, Progress, Snapshot, Source};
 use crate::campaign::{
     Contact, Formulation, InitialPorePressure, InitialStress, Layer, Mesh, Model, Obstacle, Polyline, Slope,
     Softening, Soil, Surface, WaterAboveTable, WaterTable,
@@ -12,6 +12,7 @@ use crate::gimp::{Kernel, Support};
 use crate::marginal::{Family, Marginal};
 use crate::outcome::Outcome;
 use crate::points::Points;
+use crate::profile::{LOOK_EVERY_S, Recorder, Stations};
 use crate::site::Property;
 use crate::slope;
 use crate::spec::{RandomProperty, Spec};
@@ -341,4 +342,53 @@ fn with_random_weight_an_outcome_does_not_depend_on_what_ran_before() {
     assert_eq!(used.realise(2, &progress).unwrap(), fresh);
     assert_eq!(used.deterministic(&progress).unwrap(), mean);
     assert_ne!(fresh.digest, mean.digest);
+}
+
+/// Recording moves nothing but the digest, which it is part of; it is the same on every kernel, and what an observer of
+/// the same moments counts.
+#[test]
+fn a_recorded_profile_is_that_of_the_moments_and_moves_nothing() {
+    let longer = |model: &mut Model| {
+        model.slope.base = Contact::Friction(0.1);
+        model.analysis.duration_s = 1.5;
+        model.maximum_steps = 100_000;
+    };
+    let recorded = |model: &mut Model| {
+        longer(model);
+        model.sample.profile = true;
+    };
+    let without = outcome(longer);
+    let with = outcome(recorded);
+    assert_ne!(with.digest, without.digest);
+    let digest = without.digest.clone();
+    assert_eq!(Outcome { profile: None, digest, ..with.clone() }, without);
+    for kernel in Kernel::available() {
+        let prepared = Prepared::new(spec(recorded), kernel).unwrap();
+        assert_eq!(prepared.realise(0, &Progress::default()).unwrap(), with, "{}", kernel.name());
+    }
+
+    let prepared = prepared(longer);
+    let model = &prepared.spec().model;
+    let mut recorder = Recorder::new(Stations::of(&model.slope, &model.mesh));
+    let mut observe = |snapshot: &Snapshot<'_>| recorder.look(snapshot.state.motion());
+    prepared.analyse(Source::Index(0), LOOK_EVERY_S, &mut observe, &Progress::default()).unwrap();
+    let counted = recorder.finish();
+    assert!(
+        counted.depth_mm.first().is_some_and(|depth| *depth > 0),
+        "nothing reaches the plain: {counted:?}"
+    );
+    assert_eq!(with.profile, Some(counted));
+}
+
+/// Specs and outcomes as they were written before profiles could be asked for are read, and written the same.
+#[test]
+fn what_was_written_without_profiles_is_read_and_written_again() {
+    let spec = probe::spec();
+    let text = spec.to_json();
+    assert!(!text.contains("profile"), "{text}");
+    assert_eq!(Spec::from_json(&text).unwrap(), spec);
+    let line = r#"{"index":3,"outcome":"failed","reason":"left-grid","measures":null,"energy":null,"energy_drifted":false,"simulated_s":0.5,"steps":7,"points":26,"digest":"00"}"#;
+    let outcome: Outcome = serde_json::from_str(line).unwrap();
+    assert_eq!(outcome.profile, None);
+    assert_eq!(serde_json::to_string(&outcome).unwrap(), line);
 }

@@ -1,7 +1,7 @@
 //! One party's certificate, key and authority, checked before anybody connects: what is wrong with them is said by
 //! the side that can put it right.
 
-use super::{AUTHORITY_FILE, Role};
+use super::{AUTHORITY_FILE, Role, SERVER_NAME_FILE};
 use rustls::crypto::ring;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
@@ -36,6 +36,9 @@ pub enum TlsError {
         /// What it should hold.
         what: &'static str,
     },
+    /// The name that clients are to expect is none.
+    #[error("{}: it must hold one host name, such as coordinator.runout", .0.display())]
+    ServerName(PathBuf),
     /// The certificate is not valid now.
     #[error("{}: the certificate {when}; {ADVICE}", path.display())]
     Dates {
@@ -80,6 +83,8 @@ pub struct Credentials {
     pub key: PrivateKeyDer<'static>,
     /// What the certificate says.
     pub view: CertificateView,
+    /// The name that clients expect in the coordinator's certificate; absent if they expect the host that they connect to.
+    pub server_name: Option<String>,
 }
 
 impl fmt::Debug for Credentials {
@@ -109,7 +114,8 @@ impl Credentials {
         let chain = certificates(&certificate_pem).ok_or_else(|| form(&path, "certificate"))?;
         let key = PrivateKeyDer::from_pem_slice(&key_pem).map_err(|_| form(&key_path, "private key"))?;
         let view = check(&path, &authority, &chain, role)?;
-        Ok(Credentials { authority_pem, certificate_pem, key_pem, authority, chain, key, view })
+        let server_name = server_name(&folder.join(SERVER_NAME_FILE))?;
+        Ok(Credentials { authority_pem, certificate_pem, key_pem, authority, chain, key, view, server_name })
     }
 
     /// As [`Credentials::load`], for whoever looks at campaigns: the operator's, or the worker's where there are no
@@ -126,6 +132,7 @@ impl Credentials {
 
     /// Whether a client that connects to `host` (a name or an IP address) will take this certificate for it.
     pub fn is_valid_for(&self, host: &str) -> bool {
+        let host = self.server_name.as_deref().unwrap_or(host);
         let Ok(name) = ServerName::try_from(host.trim_start_matches('[').trim_end_matches(']')) else {
             return false;
         };
@@ -174,6 +181,19 @@ pub fn read_certificate(path: &Path) -> Result<CertificateView, TlsError> {
     let none = || TlsError::Form { path: path.to_owned(), what: "certificate" };
     let chain = certificates(&pem).ok_or_else(none)?;
     CertificateView::of(&chain[0]).map_err(|why| TlsError::Unusable { path: path.to_owned(), why })
+}
+
+/// The name in a `server.name`, which need not be there.
+fn server_name(path: &Path) -> Result<Option<String>, TlsError> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(TlsError::File { path: path.to_owned(), error }),
+    };
+    match ServerName::try_from(text.trim()) {
+        Ok(ServerName::DnsName(name)) => Ok(Some(name.as_ref().to_owned())),
+        _ => Err(TlsError::ServerName(path.to_owned())),
+    }
 }
 
 /// The certificates of a PEM file; `None` if there is not at least one.

@@ -43,10 +43,13 @@ pub fn endpoint(url: &str, credentials: Option<&Credentials>) -> Result<Endpoint
         (Some("http"), Some(_)) => Err(EndpointError::Unprotected),
         (Some("https"), None) => Err(EndpointError::NoCredentials),
         (Some("https"), Some(own)) => {
-            let config = ClientTlsConfig::new()
+            let mut config = ClientTlsConfig::new()
                 .ca_certificate(Certificate::from_pem(&own.authority_pem))
                 .identity(Identity::from_pem(&own.certificate_pem, &own.key_pem))
                 .timeout(HANDSHAKE_LIMIT);
+            if let Some(name) = &own.server_name {
+                config = config.domain_name(name);
+            }
             endpoint.tls_config(config).map_err(|e| EndpointError::Credentials(causes(&e)))
         }
         _ => Err(EndpointError::Url("it must begin with http:// or https://".to_owned())),

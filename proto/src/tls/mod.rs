@@ -1,7 +1,9 @@
 //! Certificates: where they lie, whose they are, how a client uses them, and why one is refused.
 //!
 //! A TLS directory (`runout tls init DIR`) holds the authority's certificate, `ca.pem`, and for each [`Role`] a
-//! certificate and its key, `worker.pem` and `worker.key`. Every party needs `ca.pem` and its own two files, no more.
+//! certificate and its key, `worker.pem` and `worker.key`. Every party needs `ca.pem` and its own two files, no more; where
+//! there is a `server.name`, clients need that as well: it is the name that the coordinator's certificate bears wherever
+//! the coordinator runs, for coordinators whose host nobody knows beforehand.
 //! The role stands in the certificate as a URI name, `runout:role:worker`, signed by the authority with the rest of
 //! it; it is read by the library that verifies the certificate, so that no second parser looks at what a peer sent.
 
@@ -17,6 +19,10 @@ pub const VARIABLE: &str = "RUNOUT_TLS";
 
 /// Name of the authority's certificate in a TLS directory.
 pub const AUTHORITY_FILE: &str = "ca.pem";
+
+/// Name of the file in a TLS directory with the name that clients expect in the coordinator's certificate, whatever the host
+/// in its URL; absent where they expect that host.
+pub const SERVER_NAME_FILE: &str = "server.name";
 
 /// What a certificate is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -47,11 +47,11 @@ fn prepare(spec: Spec, _: Kernel) -> Result<Realise, String> {
 /// Takes the time of a realisation, ready to be cancelled.
 fn take(time: Duration, progress: &Progress) -> Result<(), Cancelled> {
     let started = Instant::now();
-    while started.elapsed() < time {
+    while let Some(left) = time.checked_sub(started.elapsed()).filter(|left| !left.is_zero()) {
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        std::thread::sleep(Duration::from_millis(1));
+        std::thread::sleep(left.min(Duration::from_millis(1)));
     }
     Ok(())
 }
@@ -80,6 +80,7 @@ fn outcome(seed: u64, index: u64, other_bits: bool) -> Outcome {
         simulated_s: byte(7) / 16.0,
         steps: index * 10,
         points: 100,
+        profile: None,
         digest,
     }
 }

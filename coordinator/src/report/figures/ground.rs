@@ -9,6 +9,7 @@ use crate::picture::GREY;
 use crate::picture::axes::Axis;
 use crate::picture::chart::{Chart, Layer, Legend, SERIES, Series, Stack};
 use runout_core::campaign::Model;
+use runout_core::estimate::interval::Interval;
 use runout_core::slope;
 
 /// Places along the ground at which a probability is drawn.
@@ -16,7 +17,7 @@ const PLACES: usize = 240;
 /// Room beyond the farthest front, as a share of the way there.
 const BEYOND: f64 = 1.12;
 
-/// The profile in front of the toe: probabilities and, where samples were replayed, depths and speeds.
+/// The profile in front of the toe: probabilities and, where samples have profiles, depths and speeds.
 pub(super) fn profile(model: &Model, analysis: &Analysis, hazard: Option<&Hazard>) -> Stack {
     let farthest = BEYOND * analysis.reach.farthest_m();
     let right = farthest.max(0.25 * slope::height_m(&model.slope)).min(model.slope.runout_plain_m);
@@ -24,6 +25,9 @@ pub(super) fn profile(model: &Model, analysis: &Analysis, hazard: Option<&Hazard
     let reach = |x| analysis.reach.in_front(x);
     let mut charts = vec![probability(analysis, x.clone(), reach, "probability of being reached")];
     if let Some(hazard) = hazard {
+        if !hazard.deeper.is_empty() {
+            charts.push(deposits(analysis, hazard, x.clone()));
+        }
         charts.push(quantity(analysis, hazard, &hazard.depth_m, x.clone(), "deposit depth (m)"));
         charts.push(quantity(analysis, hazard, &hazard.speed_m_s, x, "highest speed (m/s)"));
     }
@@ -57,33 +61,63 @@ fn probability(analysis: &Analysis, x: Axis, at: impl Fn(f64) -> Option<Probabil
     }
 }
 
+/// How probable deposits of some depths are, whether the slope fails or not: constant over each column.
+fn deposits(analysis: &Analysis, hazard: &Hazard, x: Axis) -> Chart {
+    let top = hazard.deeper.iter().flat_map(|d| &d.probabilities).map(|p| p.interval[1]).fold(0.0, f64::max);
+    let mut series = Vec::new();
+    for (deeper, colour) in hazard.deeper.iter().zip([SERIES[2], SERIES[3]]) {
+        let ends: Vec<Interval> = deeper.probabilities.iter().map(|p| p.interval).collect();
+        let shares: Vec<f64> = deeper.probabilities.iter().map(|p| p.share).collect();
+        let name = format!("deeper than {} m", deeper.depth_m);
+        series.push(Series::new(Layer::Band(band(hazard, &ends)), colour, percent_interval(analysis)));
+        series.push(Series::new(Layer::Line(steps(hazard, &shares)), colour, name));
+    }
+    Chart {
+        x,
+        y: Axis::linear("probability of a deposit", 0.0, (1.1 * top).clamp(0.01, 1.0)).percent(),
+        series,
+        legend: Legend::Above,
+    }
+}
+
 /// Quantiles of one quantity along the ground, given failure: constant over each column.
 fn quantity(analysis: &Analysis, hazard: &Hazard, quantiles: &Quantiles, x: Axis, label: &str) -> Chart {
-    let half = hazard.x_m.first().copied().unwrap_or_default();
-    let along = |values: &[f64]| -> Vec<(f64, f64)> {
-        let ends = |(x, value): (&f64, &f64)| [(x - half, *value), (x + half, *value)];
-        hazard.x_m.iter().zip(values).flat_map(ends).map(|(x, value)| (x.max(0.0), value)).collect()
-    };
     let top = quantiles.largest.iter().copied().fold(0.0, f64::max);
+    let shown =
+        [(&quantiles.median, SERIES[0], "median"), (&quantiles.one_in_ten, SERIES[1], "exceeded by 1 in 10")];
     let mut series = Vec::new();
-    if let Some(intervals) = &quantiles.median_interval {
-        let band = hazard
-            .x_m
-            .iter()
-            .zip(intervals)
-            .flat_map(|(x, [low, high])| [(x - half, *low, *high), (x + half, *low, *high)]);
-        let name = format!("median's {}", percent_interval(analysis));
-        series.push(Series::new(Layer::Band(band.collect()), SERIES[0], name));
+    for (quantile, colour, name) in shown {
+        if let Some(intervals) = &quantile.intervals {
+            series.push(Series::new(
+                Layer::Band(band(hazard, intervals)),
+                colour,
+                percent_interval(analysis),
+            ));
+        }
+        series.push(Series::new(Layer::Line(steps(hazard, &quantile.values)), colour, name));
     }
-    series.push(Series::new(Layer::Line(along(&quantiles.median)), SERIES[0], "median"));
-    series.push(Series::new(Layer::Line(along(&quantiles.one_in_ten)), SERIES[1], "exceeded in one of ten"));
-    series.push(Series::new(Layer::Dashed(along(&quantiles.largest)), GREY, "largest"));
+    series.push(Series::new(Layer::Dashed(steps(hazard, &quantiles.largest)), GREY, "largest"));
     Chart {
         x,
         y: Axis::linear(label, 0.0, if top > 0.0 { 1.08 * top } else { 1.0 }),
         series,
         legend: Legend::Above,
     }
+}
+
+/// A line that is constant over each column.
+fn steps(hazard: &Hazard, values: &[f64]) -> Vec<(f64, f64)> {
+    let half = 0.5 * hazard.column_m;
+    let ends = |(x, value): (&f64, &f64)| [((x - half).max(0.0), *value), (x + half, *value)];
+    hazard.x_m.iter().zip(values).flat_map(ends).collect()
+}
+
+/// A band that is constant over each column.
+fn band(hazard: &Hazard, intervals: &[Interval]) -> Vec<(f64, f64, f64)> {
+    let half = 0.5 * hazard.column_m;
+    let ends =
+        |(x, [low, high]): (&f64, &Interval)| [((x - half).max(0.0), *low, *high), (x + half, *low, *high)];
+    hazard.x_m.iter().zip(intervals).flat_map(ends).collect()
 }
 
 /// A histogram of counts.

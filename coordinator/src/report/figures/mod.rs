@@ -8,7 +8,7 @@ mod soil;
 use super::analysis::Analysis;
 use super::deterministic::Deterministic;
 use super::families::Method;
-use super::hazard::Hazard;
+use super::hazard::{Evidence, Hazard};
 use super::page::{interval, metres, optional_interval, percent};
 use super::sensitivity::{Correlation, Sensitivity};
 use super::{Material, inputs};
@@ -283,10 +283,15 @@ pub(super) fn hazard(
          interval"
     );
     if let Some(hazard) = hazard {
+        let (deposits, samples) = match hazard.evidence {
+            Evidence::Recorded => ("that of deposits of some depths; ", "all"),
+            Evidence::Replayed => ("", "chosen at random and replayed"),
+        };
         caption.push_str(&format!(
-            "; below it depth of the deposit and highest speed given failure, over {} samples chosen at random and replayed, \
-             constant over each column of cells",
-            hazard.profiles
+            "; below it {deposits}depth of the deposit and highest speed given failure, over {} samples ({samples}), with the \
+             quantiles' pointwise intervals; constant over each column of {} m",
+            hazard.profiles,
+            metres(hazard.column_m)
         ));
     }
     figures.chart(

@@ -14,7 +14,7 @@ runout={{RUNOUT}}
 run_directory={{RUN_DIRECTORY}}
 most_crashes=5
 
-say() { echo "$(date '+%F %T') $*"; }
+{{JOB}}
 
 if [ ! -x "$runout" ]; then
   say "$runout is not there on $(hostname): it must be on a file system that the nodes share"
@@ -33,26 +33,9 @@ case $address in
 esac
 
 requeue=false
-stopping=false
-interrupted=false
-child=
 pass_on() { interrupted=true; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null; }
 trap 'requeue=true; pass_on' USR1
 trap 'stopping=true; pass_on' TERM INT
-
-# Waits for the coordinator's end, also when a signal comes meanwhile; its exit code is in $code.
-wait_for_child() {
-  local last
-  while :; do
-    interrupted=false
-    wait "$child"
-    last=$?
-    [ "$last" -ne 127 ] || break
-    code=$last
-    $interrupted || break
-  done
-  child=
-}
 
 # Workers of this campaign that are in the queue, or in the given state only.
 cancel_workers() {

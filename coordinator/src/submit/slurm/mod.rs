@@ -8,12 +8,15 @@
 mod sbatch;
 
 use super::{SubmitError, shell_word};
+use crate::tls::{self, Names, Validity};
+use runout_proto::tls::{Credentials, Role};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const COORDINATOR: &str = include_str!("coordinator.sh");
 const WORKER: &str = include_str!("worker.sh");
-const SERVE: &str = include_str!("serve-insecure.sh");
+const JOB: &str = include_str!("job.sh");
+const SERVE: &str = include_str!("serve.sh");
 const WORK: &str = include_str!("work.sh");
 
 /// Folder in the run directory for scripts, logs and job numbers.
@@ -23,6 +26,11 @@ const WORKER_SCRIPT: &str = "worker.sh";
 const COORDINATOR_JOB: &str = "coordinator.job";
 /// Read by the coordinator's script.
 const WORKERS_JOB: &str = "workers.job";
+
+/// Name in the coordinator's certificate: nobody knows yet on which node it will run.
+const SERVER_NAME: &str = "coordinator.runout";
+/// Validity of the certificates, days.
+const CERTIFIED_DAYS: u32 = 365;
 
 /// Flags that the scripts set, with what to do instead.
 const OWN_FLAGS: [(&[&str], &str); 4] = [
@@ -100,9 +108,12 @@ impl Plan {
             // A worker is gone this long before its limit: nodes' clocks differ, and the last report takes a moment.
             ("RESERVE_S", (self.limit_s / 10).clamp(10, 30).to_string()),
         ];
+        let script = |template: &str, place: &str, command: &str| {
+            fill(&template.replace("{{JOB}}\n", JOB).replace(place, command), &values)
+        };
         Ok(Scripts {
-            coordinator: fill(&COORDINATOR.replace("{{LISTEN}}\n", SERVE), &values),
-            worker: fill(&WORKER.replace("{{WORK}}\n", WORK), &values),
+            coordinator: script(COORDINATOR, "{{LISTEN}}\n", SERVE),
+            worker: script(WORKER, "{{WORK}}\n", WORK),
         })
     }
 
@@ -116,13 +127,16 @@ impl Plan {
         self.folder().join(WORKER_SCRIPT)
     }
 
-    /// Writes the scripts into the run directory, which must be there, and submits them.
+    /// Writes the scripts, and certificates where there are none, into the run directory, which must be there, and submits
+    /// the jobs.
     ///
     /// # Errors
-    /// An earlier submission has not ended, a script cannot be written, or Slurm refuses.
+    /// An earlier submission has not ended or its certificates cannot be used any more, a script cannot be written, or
+    /// Slurm refuses.
     pub fn submit(&self, scripts: &Scripts) -> Result<Jobs, SubmitError> {
         self.refuse_second_submission()?;
         fs::create_dir_all(self.folder()).map_err(|e| file_error(&self.folder(), e))?;
+        self.certify()?;
         let coordinator_script = self.write(COORDINATOR_SCRIPT, &scripts.coordinator)?;
         let worker_script = self.write(WORKER_SCRIPT, &scripts.worker)?;
         let nothing = || "nothing was submitted".to_owned();
@@ -139,6 +153,17 @@ impl Plan {
         })?;
         self.write(WORKERS_JOB, &workers)?;
         Ok(Jobs { coordinator, workers })
+    }
+
+    /// Certificates of this campaign's own. They stay when it is submitted again, or workers that run on would be refused.
+    fn certify(&self) -> Result<(), SubmitError> {
+        let folder = self.run_directory.join(tls::FOLDER);
+        if !folder.exists() {
+            let names = Names { hosts: Vec::new(), server: Some(SERVER_NAME.to_owned()) };
+            return Ok(tls::init(&folder, &names, Validity::days(CERTIFIED_DAYS)).map(drop)?);
+        }
+        let in_order = Role::ALL.iter().try_for_each(|role| Credentials::load(&folder, *role).map(drop));
+        in_order.map_err(|error| SubmitError::Certificates { folder: folder.display().to_string(), error })
     }
 
     fn write(&self, name: &str, text: &str) -> Result<PathBuf, SubmitError> {

@@ -16,7 +16,7 @@ worker={{WORKER}}
 run_directory={{RUN_DIRECTORY}}
 most_crashes=5
 
-say() { echo "$(date '+%F %T') $*"; }
+{{JOB}}
 
 if [ ! -x "$worker" ]; then
   say "$worker is not there on $(hostname): it must be on a file system that the nodes share"
@@ -37,23 +37,7 @@ started=$(date +%s)
 given=$((end - {{RESERVE_S}} - started))
 left() { echo $((end - {{RESERVE_S}} - $(date +%s))); }
 
-stopping=false
-interrupted=false
-child=
 trap 'stopping=true; interrupted=true; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM INT USR1
-
-wait_for_child() {
-  local last
-  while :; do
-    interrupted=false
-    wait "$child"
-    last=$?
-    [ "$last" -ne 127 ] || break
-    code=$last
-    $interrupted || break
-  done
-  child=
-}
 
 crashes=0
 code=0

@@ -177,6 +177,7 @@ fn check_sample(raw: &SampleSection) -> Checked<Sample> {
     Ok(Sample {
         measure: word("sample.measure", &raw.measure, &measures.map(|m| (m.name(), m)))?,
         threshold_m: non_negative("sample.threshold_m", raw.threshold_m)?,
+        profile: raw.profile,
     })
 }
 

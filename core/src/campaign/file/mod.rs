@@ -217,6 +217,9 @@ pub struct SampleSection {
     pub measure: String,
     /// A realisation is a sample of runout if its measure is above this, m.
     pub threshold_m: f64,
+    /// Whether every realisation records its profile along the ground; absent: it does not. It moves nothing.
+    #[serde(default)]
+    pub profile: bool,
 }
 
 /// `[stop]`

@@ -15,11 +15,14 @@ use tempfile::TempDir;
 /// Longest wait for what needs computation, on a machine that does other things as well.
 const LONG: Duration = Duration::from_secs(600);
 
-/// Quick heartbeats, so that the test need not wait long for a lost worker to be noticed.
-const QUICK: &str = r#"services:
+/// Quick heartbeats, so that the test need not wait long for a lost worker to be noticed; slow workers, so that the
+/// campaign cannot be over on any machine before everything has happened to it.
+const SETTINGS: &str = r#"services:
   coordinator:
     command: [/runout, serve, /campaign/campaign.toml, --out, /runs/campaign, --listen, "0.0.0.0:7421", --insecure,
               --heartbeat, "0.5"]
+  worker:
+    cpus: 0.1
 "#;
 
 /// The services, taken down with their volume when it goes out of scope.
@@ -41,7 +44,7 @@ impl Services {
         let built = Command::new(deploy().join("build-image.sh")).status().expect("the script");
         assert!(built.success(), "the image cannot be built");
         let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::write(folder.path().join("quick.yml"), QUICK).expect("a file");
+        fs::write(folder.path().join("settings.yml"), SETTINGS).expect("a file");
         fs::create_dir(folder.path().join("campaign")).expect("a folder");
         fs::write(folder.path().join("campaign/campaign.toml"), campaign).expect("a file");
         // The user in the container is another one.
@@ -55,7 +58,7 @@ impl Services {
             .arg("-f")
             .arg(deploy().join("docker-compose.yml"))
             .arg("-f")
-            .arg(self.folder.path().join("quick.yml"))
+            .arg(self.folder.path().join("settings.yml"))
             .args(["--project-name", &self.project])
             .args(arguments)
             .env("CAMPAIGN", self.folder.path().join("campaign"))
@@ -110,6 +113,13 @@ impl Services {
         wait_up_to(LONG, "realisations", || (self.realisations() >= goal).then_some(()));
     }
 
+    /// Gives the workers all of the processor.
+    fn hurry(&self) {
+        for worker in self.running("worker") {
+            docker(&["update", "--cpus", "1", &worker]);
+        }
+    }
+
     /// The run directory, copied out of the volume.
     fn copy_run(&self, coordinator: &str) -> PathBuf {
         let copy = self.folder.path().join("copy");
@@ -148,7 +158,7 @@ fn printed(output: Output, arguments: &[&str]) -> String {
 
 #[test]
 fn a_campaign_in_containers_survives_what_happens_to_them() {
-    // Converges at its minimum, late enough for everything below to happen before.
+    // Converges at its minimum.
     let campaign = COARSE
         .replace("minimum_realisations = 20", "minimum_realisations = 240")
         .replace("maximum_realisations = 60", "maximum_realisations = 400");
@@ -187,6 +197,7 @@ fn a_campaign_in_containers_survives_what_happens_to_them() {
     wait_up_to(LONG, "the worker to be back", || (services.workers() == 2).then_some(()));
     assert!(services.realisations() < 240, "the campaign was over before everything had happened to it");
 
+    services.hurry();
     let coordinator = services.containers("coordinator").remove(0);
     wait_up_to(LONG, "the end", || (inspect(&coordinator, "{{.State.Running}}") == "false").then_some(()));
     assert_eq!(inspect(&coordinator, "{{.State.ExitCode}}"), "0", "the campaign converges");

@@ -31,6 +31,6 @@ use runout_core::spec::Spec;
 /// Runs one realisation by its index.
 pub type Realise = Box<dyn Fn(u64, &Progress) -> Result<Outcome, Cancelled> + Send + Sync>;
 
-/// Prepares a spec for realisations, or says why that cannot be. The program passes the analysis; tests of
-/// everything around it pass something quicker.
-pub type Prepare = fn(Spec, Kernel) -> Result<Realise, String>;
+/// Prepares a spec for realisations that run at the same time and share so many threads (1: each has its own only), or
+/// says why that cannot be. The program passes the analysis; tests of everything around it pass something quicker.
+pub type Prepare = fn(Spec, Kernel, usize) -> Result<Realise, String>;

@@ -29,9 +29,14 @@ pub struct Options {
     /// Directory with certificates for https://, made by `runout tls init`; ca.pem, worker.pem and worker.key are needed
     #[arg(long, value_name = "DIR", env = tls::VARIABLE, hide_env_values = true)]
     pub tls: Option<PathBuf>,
-    /// Realisations at a time, one thread each [default: the cores that affinity and cgroup leave to this process]
+    /// Realisations at a time, --threads threads each [default: the cores that affinity and cgroup leave to this process,
+    /// shared out by --threads]
     #[arg(long, value_name = "N")]
     pub slots: Option<NonZeroU16>,
+    /// Threads that share each realisation; they move no bits, and pay from some 50,000 points on, where cores are many
+    /// and realisations few
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub threads: NonZeroU16,
     /// Name to appear under [default: host and process number]
     #[arg(long)]
     pub name: Option<String>,
@@ -81,7 +86,16 @@ impl Options {
     /// Number of slots.
     pub fn slots(&self) -> u32 {
         let cores = || std::thread::available_parallelism().map_or(1, |n| n.get().min(4096) as u32);
-        self.slots.map_or_else(cores, |n| u32::from(n.get()))
+        let threads = u32::from(self.threads.get());
+        self.slots.map_or_else(|| (cores() / threads).max(1), |n| u32::from(n.get()))
+    }
+
+    /// Threads that the slots' analyses share; 1 if each is computed by its slot alone.
+    pub fn shared_threads(&self) -> usize {
+        match usize::from(self.threads.get()) {
+            1 => 1,
+            threads => threads * self.slots() as usize,
+        }
     }
 
     /// Name to appear under.

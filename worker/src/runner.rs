@@ -132,7 +132,7 @@ pub async fn run(
     let board = Arc::new(Board::new(registration));
     let beating =
         heartbeat::start(way, url.clone(), introduction.clone(), options.give_up_after, Arc::clone(&board))?;
-    let realise = prepare(spec, kernel).map_err(WorkerError::Prepare)?;
+    let realise = prepare(spec, kernel, options.shared_threads()).map_err(WorkerError::Prepare)?;
     let spool = Spool::open(&options.spool(), &digest)
         .map_err(|error| WorkerError::Spool { path: options.spool(), error })?;
     let (stuck_after, grace) = (options.stuck_after, options.grace);

@@ -10,7 +10,7 @@ use super::kernel::Build;
 use super::loads::Loads;
 use super::momentum::NodeWork;
 use super::nodes::Nodes;
-use super::phase::{Phase, Tally, follow_last, rest_padding};
+use super::phase::{Phase, Tally};
 use super::plan::{Chunk, Plan};
 use super::strain::Averaging;
 use super::water::PoreWater;
@@ -130,27 +130,17 @@ struct Job<'a> {
 
 /// One phase over all its parts.
 fn run(arena: &mut Arena, job: &Job<'_>) -> Tally {
-    let Arena { grid, blocks, extras, live_in_last, nodes, plan, .. } = arena;
+    let Arena { grid, blocks, extras, nodes, plan, .. } = arena;
     if matches!(job.phase, Phase::Balance | Phase::FilteredVelocities | Phase::Velocities | Phase::Means) {
         let spans = std::mem::take(&mut nodes.spans);
         let tally = job.at_nodes(grid, &spans, &plan.bands, Window::all(nodes));
         nodes.spans = spans;
         return tally;
     }
-    if job.phase == Phase::Gather
-        && let Some(last) = blocks.last_mut()
-    {
-        follow_last(last, extras.last_mut(), *live_in_last);
-    }
     let mut tally = Tally::default();
     for chunks in &plan.colours {
         let points = Points { first: 0, blocks, extras };
         tally = tally.and(job.at_points(grid, chunks, points, Window::all(nodes)));
-    }
-    if job.phase == Phase::Gather
-        && let Some(last) = blocks.last_mut()
-    {
-        rest_padding(last, *live_in_last);
     }
     tally
 }

@@ -14,9 +14,10 @@ macro_rules! block {
         impl $block {
             pub(super) const EMPTY: $block = $block { $($name: V8::ZERO,)* };
 
-            /// Copies the point in lane `from` of `source` to lane `to`.
-            pub(super) fn copy_point(&mut self, to: usize, source: &$block, from: usize) {
-                $(self.$name.0[to] = source.$name.0[from];)*
+            /// Takes over eight points of `blocks` by their places.
+            pub(super) fn take_points(&mut self, blocks: &[$block], places: [usize; 8]) {
+                let from = places.map(|place| (&blocks[place / 8], place % 8));
+                $(self.$name.0 = from.map(|(block, lane)| block.$name.0[lane]);)*
             }
         }
     };

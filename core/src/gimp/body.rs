@@ -206,7 +206,7 @@ impl Body {
             steps: 0,
             setup,
         };
-        body.sorter.sort(&mut body.arena, &mut body.order);
+        body.sorter.sort(&mut body.arena, &mut body.order, false);
         Ok(body)
     }
 
@@ -243,7 +243,8 @@ impl Body {
     /// Carries the points through one step of `dt_s`, s.
     pub fn step(&mut self, dt_s: f64) -> Report {
         if self.travelled_m > SORT_AFTER_CELLS * self.setup.grid.cell_m {
-            self.sorter.sort(&mut self.arena, &mut self.order);
+            let Body { arena, sorter, order, threads, .. } = self;
+            threads.run(|side_by_side| sorter.sort(arena, order, side_by_side));
             self.travelled_m = 0.0;
         }
         let step = self.constants(dt_s);

@@ -128,18 +128,13 @@ impl Nodes {
         }
     }
 
-    /// Zeroes all sums and takes over new spans.
+    /// Zeroes all sums: those outside the spans are zero already.
     pub(super) fn clear(&mut self) {
-        for rows in [
-            &mut self.sums,
-            &mut self.forces,
-            &mut self.rates,
-            &mut self.velocities,
-            &mut self.cells,
-            &mut self.loads,
-            &mut self.filtered,
-        ] {
-            rows.fill(V8::ZERO);
+        let Nodes { sums, forces, rates, velocities, cells, loads, filtered, spans, .. } = self;
+        for rows in [sums, forces, rates, velocities, cells, loads, filtered] {
+            if !rows.is_empty() {
+                spans.iter().for_each(|span| rows[span.clone()].fill(V8::ZERO));
+            }
         }
     }
 }

@@ -1,7 +1,6 @@
 //! The phases of a time step, each for a part of the points or of the nodes; compiled once per kernel and formulation.
 
 use super::advance::Step;
-use super::block::{Block, Extra};
 use super::gather::{self, Blend, Motion};
 use super::grid::{Grid, GridLanes};
 use super::lanes::{Lanes, numbers};
@@ -217,30 +216,6 @@ pub(super) fn at_nodes<S: Lanes, const TWO: bool, const EXTRA: bool>(
         _ => {}
     }
     tally
-}
-
-/// Has the points that only fill the last block go with its last real point. Left behind, they would see nodes that real
-/// points have all but left, whose velocities mean nothing, and the fastest point sets the time step.
-pub(super) fn follow_last(last: &mut Block, extra: Option<&mut Extra>, live: usize) {
-    for quantity in [&mut last.x, &mut last.y, &mut last.vx, &mut last.vy, &mut last.wx, &mut last.wy] {
-        let real = quantity.0[live - 1];
-        quantity.0[live..].fill(real);
-    }
-    if let Some(extra) = extra {
-        for half in [&mut extra.half_x, &mut extra.half_y] {
-            let real = half.0[live - 1];
-            half.0[live..].fill(real);
-        }
-    }
-}
-
-/// Keeps the points that only fill the last block where they are.
-pub(super) fn rest_padding(last: &mut Block, live: usize) {
-    for lane in live..8 {
-        for quantity in [&mut last.vx, &mut last.vy, &mut last.wx, &mut last.wy, &mut last.dx, &mut last.dy] {
-            quantity.0[lane] = 0.0;
-        }
-    }
 }
 
 #[inline(always)]

@@ -16,7 +16,7 @@ fn main() -> ExitCode {
     process::main(prepare, std::env::var("SYNTHETIC_BUILD").unwrap_or_else(|_| identity::build()))
 }
 
-fn prepare(spec: Spec, _: Kernel) -> Result<Realise, String> {
+fn prepare(spec: Spec, _: Kernel, _: usize) -> Result<Realise, String> {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let time = Duration::from_millis(number("SYNTHETIC_MS").unwrap_or(5));
     let panics_at = number("SYNTHETIC_PANICS_AT");

@@ -94,15 +94,29 @@ async fn work(engine: &RefCell<Engine>, writer: &Writer, id: WorkerId, rounds: u
             tokio::task::yield_now().await;
             continue;
         };
+        let reserved = engine.borrow().queue().is_reserved(lease);
+        let ahead = engine.borrow_mut().reserve();
+        let reservation = async {
+            if !ahead.is_empty() {
+                writer.write(Job::Reservation(ahead.clone())).await.expect("the disk works");
+                engine.borrow_mut().reserved(ahead);
+            }
+        };
         let attempts = engine.borrow().queue().attempts(lease.index);
-        writer.write(Job::Attempts(lease.index, attempts)).await.expect("the disk works");
+        let given = async {
+            if !reserved {
+                writer.write(Job::Attempts(lease.index, attempts)).await.expect("the disk works");
+            }
+        };
+        given.await;
         // Stable outcomes: no stopping rule ends the campaign.
         let outcome = outcome(lease.index, OutcomeKind::Stable);
         let step = engine.borrow_mut().report(id, lease.attempt, outcome, 1.0, now);
         let Step::Store(entry, _) = step.expect("it is registered") else {
             panic!("nothing was reported before")
         };
-        writer.write(Job::Entry(entry.clone())).await.expect("the disk works");
+        let report = async { writer.write(Job::Entry(entry.clone())).await.expect("the disk works") };
+        tokio::join!(reservation, report);
         engine.borrow_mut().stored(&entry);
         done += 1;
     }

@@ -15,6 +15,7 @@ use crate::store::wire::Gist;
 use runout_core::estimate::{Decision, Estimator};
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::Duration;
 
 /// What became of a report.
@@ -146,6 +147,16 @@ impl Engine {
     /// The worker is not known.
     pub fn lease(&mut self, worker: WorkerId, now: Duration) -> Result<LeaseAnswer, UnknownWorker> {
         self.queue.lease(worker, now)
+    }
+
+    /// See [`Queue::reserve`].
+    pub fn reserve(&mut self) -> Range<u64> {
+        self.queue.reserve()
+    }
+
+    /// See [`Queue::reserved`].
+    pub fn reserved(&mut self, indices: Range<u64>) {
+        self.queue.reserved(indices);
     }
 
     /// See [`Queue::heartbeat`].

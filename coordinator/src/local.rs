@@ -1,7 +1,8 @@
 //! Worker processes on this machine, for `runout run`.
 //!
 //! A worker holds the other end of its standard input: when this process dies, however it dies, the worker sees the
-//! end and leaves. A worker that crashes is replaced, within a bound; one that cannot work for this campaign is not.
+//! end and leaves. A worker that crashes is replaced, within a bound; one that cannot work for this campaign, or was set
+//! aside, is not.
 
 use crate::shared::Shared;
 use runout_proto::logging::LogFormat;
@@ -35,10 +36,10 @@ pub enum LocalError {
     /// The system does not say where this program is.
     #[error("where `runout` itself is cannot be found out: {0}")]
     NoOwnPath(io::Error),
-    /// Every worker has crashed too often, or cannot work for this campaign.
+    /// Every worker has crashed too often, was set aside, or cannot work for this campaign.
     #[error(
-        "no local worker is left: they cannot work for this campaign, or crashed {MOST_CRASHES} times in a row; the \
-         messages above say why. What was acknowledged is kept: run the command again to continue"
+        "no local worker is left: they cannot work for this campaign, were set aside, or crashed {MOST_CRASHES} times in \
+         a row; the messages above say why. What was acknowledged is kept: run the command again to continue"
     )]
     NoneLeft,
 }
@@ -70,11 +71,11 @@ pub struct Crew {
     pub log_format: LogFormat,
 }
 
-/// Keeps `count` workers running until each has left in order or crashed too often, or `stop` is set; then kills
-/// what is left.
+/// Keeps `count` workers running until each has left in order, crashed too often or was set aside, or `stop` is set; then
+/// kills what is left.
 ///
 /// # Errors
-/// None is left but those that crashed too often or cannot work.
+/// None is left but those that crashed too often, were set aside or cannot work.
 pub async fn keep_running(
     crew: Crew,
     count: usize,
@@ -112,6 +113,11 @@ async fn keep_one(crew: Crew, number: usize, shared: Weak<Shared>, mut stop: wat
             }
             End::Crash(what) => what,
         };
+        if shared.upgrade().is_some_and(|shared| shared.engine().queue().is_set_aside(&name)) {
+            // Its next name would be trusted anew.
+            tracing::error!(worker = name, "worker {name} was set aside and is not replaced");
+            return false;
+        }
         crashes = if bury(&shared, &name) { 1 } else { crashes + 1 };
         if crashes >= MOST_CRASHES {
             break;

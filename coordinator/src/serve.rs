@@ -104,6 +104,19 @@ pub struct Coordinator {
 }
 
 impl Coordinator {
+    /// Whether there is nothing to serve for: the campaign is over, and none of its results is contested.
+    pub fn has_ended(&self) -> bool {
+        let engine = self.shared.engine();
+        let contested = engine.queue().contested();
+        if engine.is_over() && contested > 0 {
+            tracing::warn!(
+                "the campaign is over, but {contested} of its results are contested: a worker decides that runs them \
+                 under a name that has not done so yet"
+            );
+        }
+        engine.is_over() && contested == 0
+    }
+
     /// Lets go of everything without serving; the store is closed when this returns.
     pub fn close(self) {
         let Coordinator { directory, shared, page, store } = self;

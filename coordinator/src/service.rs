@@ -5,7 +5,7 @@ use crate::events::What;
 use crate::limits;
 use crate::listen::{Notes, Right};
 use crate::machine::Machine;
-use crate::queue::{Attempts, Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
+use crate::queue::{Event, Held, Lease, LeaseAnswer, Order, UnknownWorker};
 use crate::seen::Answer;
 use crate::shared::Shared;
 use crate::writer::Job;
@@ -47,14 +47,16 @@ impl Service {
     }
 
     async fn lease_now(&self, worker: u64) -> Result<Option<v1::LeaseReply>, tonic::Status> {
-        let (answer, attempts) = {
+        let (answer, to_write) = {
             let mut engine = self.shared.engine();
             let answer = engine.lease(worker, self.shared.now()).map_err(unknown)?;
-            let attempts = match answer {
-                LeaseAnswer::Assigned(lease) => engine.queue().attempts(lease.index),
-                _ => Attempts::default(),
+            let to_write = match answer {
+                LeaseAnswer::Assigned(lease) if !engine.queue().is_reserved(lease) => {
+                    Some(Job::Attempts(lease.index, engine.queue().attempts(lease.index)))
+                }
+                _ => None,
             };
-            (answer, attempts)
+            (answer, to_write)
         };
         let reply = |kind, lease| Ok(Some(v1::LeaseReply { kind: kind as i32, lease }));
         match answer {
@@ -65,7 +67,10 @@ impl Service {
                 reply(v1::lease_reply::Kind::Finished, None)
             }
             LeaseAnswer::Assigned(lease) => {
-                self.shared.writer().write(Job::Attempts(lease.index, attempts)).await?;
+                self.shared.reserve();
+                if let Some(job) = to_write {
+                    self.shared.writer().write(job).await?;
+                }
                 let Lease { index, attempt } = lease;
                 self.note(worker, |worker| What::Leased { index, attempt, worker });
                 reply(v1::lease_reply::Kind::Assigned, Some(encode_lease(lease)))

@@ -148,6 +148,21 @@ impl Shared {
         self.changed.notify_waiters();
     }
 
+    /// Makes first attempts durable ahead, where it is time to.
+    pub(crate) fn reserve(self: &Arc<Self>) {
+        let indices = self.engine().reserve();
+        if indices.is_empty() {
+            return;
+        }
+        let shared = Arc::clone(self);
+        tokio::spawn(async move {
+            // Where the store has failed the coordinator ends, and says why.
+            if shared.writer.write(Job::Reservation(indices.clone())).await.is_ok() {
+                shared.engine().reserved(indices);
+            }
+        });
+    }
+
     /// Makes an entry durable and tells the engine.
     pub(crate) async fn store(self: Arc<Self>, entry: Entry) -> Result<(), tonic::Status> {
         self.writer.write(Job::Entry(Box::new(entry.clone()))).await?;

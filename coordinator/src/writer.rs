@@ -7,6 +7,7 @@ use crate::queue::Attempts;
 use crate::status::tally::Keeper;
 use crate::store::Store;
 use crate::store::log::Entry;
+use std::ops::Range;
 use std::thread::{self, JoinHandle};
 use tokio::sync::{mpsc, oneshot, watch};
 
@@ -23,6 +24,8 @@ pub enum Job {
     Entry(Box<Entry>),
     /// The attempts of an index.
     Attempts(u64, Attempts),
+    /// First attempts, before they are given out.
+    Reservation(Range<u64>),
 }
 
 type Waiting = (Job, oneshot::Sender<()>);
@@ -95,6 +98,7 @@ fn write_until_done(
             match job {
                 Job::Entry(entry) => entries.push(*entry),
                 Job::Attempts(index, given) => attempts.push((index, given)),
+                Job::Reservation(indices) => attempts.extend(indices.map(|index| (index, Attempts::FIRST))),
             }
             done.push(sender);
         }

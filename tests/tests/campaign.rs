@@ -1,7 +1,7 @@
-//! A real campaign on a coarse slope: the same results to the byte for one worker, for two, and killed with -9 (the
+//! A real campaign on a coarse slope: the same results to the byte for one worker, for two, for two threads that share each realisation, and killed with -9 (the
 //! coordinator once, workers twice) and resumed.
 
-use runout_tests::{COARSE, Cluster, Process, recorded, signal, wait_for};
+use runout_tests::{COARSE, Cluster, Process, programs, recorded, signal, wait_for};
 
 /// Stops at the maximum, 40 realisations, so that there is time to be killed in.
 fn campaign() -> String {
@@ -33,13 +33,21 @@ fn finished(cluster: &Cluster, mut process: Process) -> String {
 }
 
 #[test]
-fn one_worker_two_workers_and_killed_and_resumed_give_the_same_bytes() {
+fn one_worker_two_workers_two_threads_and_killed_and_resumed_give_the_same_bytes() {
     let one = Cluster::new(&campaign());
     let expected = finished(&one, run(&one, "1"));
     assert_eq!(expected.lines().count(), 41);
 
     let two = Cluster::new(&campaign());
     assert_eq!(finished(&two, run(&two, "2")), expected);
+
+    let threads = Cluster::new(&campaign());
+    let (mut coordinator, url) = threads.serve("out", &[]);
+    let mut worker =
+        threads.worker(&programs().join("runout-worker"), &url, &["--slots", "1", "--threads", "2"], &[]);
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert_eq!(worker.exit_code(), 0, "{}", worker.errors());
+    assert_eq!(results(&threads), expected);
 
     let killed = Cluster::new(&campaign());
     let out = killed.path("out");

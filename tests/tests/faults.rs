@@ -165,6 +165,51 @@ fn of_two_workers_that_differ_a_third_decides() {
     figures.settle("two workers differ and the coordinator is killed: a third run decides");
 }
 
+/// Two workers that differ end the campaign undecided; a third that comes to the finished one decides.
+#[test]
+fn what_is_contested_when_the_campaign_ends_is_decided_when_it_is_run_again() {
+    let expected = undisturbed(&audited(), 1, 3);
+    let cluster = Cluster::new(&audited());
+    let (mut coordinator, url) = cluster.serve("out", &[]);
+    let worker = |name, faults: &[_]| cluster.worker(synthetic(), &url, &["--name", name], faults);
+    let both = [worker("first", &[]), worker("odd", &[("SYNTHETIC_OTHER_BITS", "1")])];
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    both.into_iter().for_each(|mut worker| assert_eq!(worker.exit_code(), 0, "{}", worker.errors()));
+    assert!(!coordinator.errors().contains("set aside"), "{}", coordinator.errors());
+
+    let mut coordinator = cluster.serve_again("out", &url, &[]);
+    coordinator.wait_until_said("contested");
+    let mut third = worker("third", &[]);
+    assert_eq!(third.exit_code(), 0, "{}", third.errors());
+    assert_eq!(coordinator.exit_code(), 3, "{}", coordinator.errors());
+    assert!(coordinator.errors().contains("worker odd computes other bits"), "{}", coordinator.errors());
+    assert_eq!(results(&cluster.path("out")), expected);
+    let mut done = cluster.serve_again("out", &url, &[]);
+    assert_eq!(done.exit_code(), 3, "nothing is left to do: {}", done.errors());
+}
+
+/// One of three local workers computes other bits: under another name it would be trusted anew.
+#[test]
+fn a_local_worker_that_was_set_aside_is_not_replaced() {
+    let cluster = Cluster::new(&audited());
+    let script = cluster.path("worker.sh");
+    let text = format!(
+        "#!/bin/sh\ncase \"$*\" in *local-2.*) export SYNTHETIC_OTHER_BITS=1;; esac\nexec {} \"$@\"\n",
+        synthetic().display()
+    );
+    std::fs::write(&script, text).unwrap();
+    std::fs::set_permissions(&script, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let script = script.to_str().unwrap();
+    let mut run = cluster.runout_with(
+        &["run", "campaign.toml", "--out", "out", "--workers", "3", "--worker-program", script],
+        &[("SYNTHETIC_MS", "40")],
+    );
+    assert_eq!(run.exit_code(), 3, "{}", run.errors());
+    let said = run.errors();
+    assert!(said.contains("worker local-2.1 was set aside and is not replaced"), "{said}");
+    assert!(!said.contains("local-2.2"), "{said}");
+}
+
 #[test]
 fn a_realisation_that_hangs_is_cancelled_and_run_again() {
     let cluster = Cluster::new(&to_the_maximum());

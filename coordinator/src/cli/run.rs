@@ -64,7 +64,7 @@ pub fn main(args: &RunArgs) -> Result<u8, Failure> {
         let listener = Listener::bind(args.listen, &access).await.map_err(ServeError::from)?;
         let page = args.showing.listen(&args.out, &access).await?;
         let mut coordinator = serve::open(&loaded, &args.out, &options)?;
-        if coordinator.shared.engine().is_over() {
+        if coordinator.has_ended() {
             return finish(&coordinator.shared.status(), &args.out, args.json);
         }
         coordinator.page = showing::start(page, &coordinator, &args.out)?;

@@ -1,8 +1,8 @@
 //! Which realisations are run again, and by whom.
 //!
-//! The seed chooses some; contested ones and those of workers set aside come in addition (see `disputes`). The second run goes to another worker; a worker that is alone runs its own again, which
-//! still finds what is not reproducible on one machine (faulty memory, a race). Audits that are due when the campaign
-//! ends are run then, within a limit.
+//! The seed chooses some; contested ones and those of workers set aside come in addition (see `disputes`). The second
+//! run goes to another worker; a worker that is alone runs its own again, which still finds what is not reproducible on one
+//! machine (faulty memory, a race). Audits that are due when the campaign ends are run then, within a limit.
 
 use super::Queue;
 use rand::Rng;
@@ -38,10 +38,11 @@ impl Queue {
     /// Once the campaign is over: how long the audits that are due may take; absent if there is nothing to wait for.
     pub fn audit_limit(&self) -> Option<Duration> {
         let slots: u64 = self.workers().filter(|(_, w)| !w.set_aside).map(|(_, w)| u64::from(w.slots)).sum();
-        if !self.finished || self.is_over() || slots == 0 {
+        // A worker that could decide what is contested may still connect; one that only repeats is not waited for.
+        if !self.finished || self.is_over() || (slots == 0 && self.contested() == 0) {
             return None;
         }
-        let rounds = (self.audits_due.len() as u64).div_ceil(slots) as f64;
+        let rounds = (self.audits_due.len() as u64).div_ceil(slots.max(1)) as f64;
         let mean = || self.mean_duration_s().and_then(|s| Duration::try_from_secs_f64(s).ok());
         let usual = self.durations.percentile_95().or_else(mean)?;
         // A worker hears of the end with its next heartbeat, and what it runs then ends soon after.

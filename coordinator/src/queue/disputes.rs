@@ -18,6 +18,16 @@ impl Queue {
         }
     }
 
+    /// Results that are contested and not decided.
+    pub fn contested(&self) -> usize {
+        self.disputes.keys().filter(|index| self.audits_due.contains(index)).count()
+    }
+
+    /// Whether the worker of this name was overruled.
+    pub fn is_set_aside(&self, name: &str) -> bool {
+        self.rulings.set_aside.contains(name)
+    }
+
     /// An outcome of a recorded index, from a worker that is trusted.
     pub(super) fn second_opinion(
         &mut self,

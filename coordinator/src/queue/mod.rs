@@ -10,6 +10,7 @@ mod disputes;
 mod durations;
 mod leases;
 mod moves;
+mod reserve;
 #[cfg(test)]
 mod tests;
 mod types;
@@ -48,6 +49,7 @@ pub struct Queue {
     storing: BTreeSet<u64>,
     recorded: BTreeMap<u64, Recorded>,
     attempts: BTreeMap<u64, Attempts>,
+    reserved: reserve::Reserved,
     audits_due: BTreeSet<u64>,
     /// Who has agreed with a recorded outcome.
     auditors: BTreeMap<u64, Vec<String>>,
@@ -80,6 +82,7 @@ impl Queue {
             storing: BTreeSet::new(),
             recorded: BTreeMap::new(),
             attempts: BTreeMap::new(),
+            reserved: reserve::Reserved::default(),
             audits_due: BTreeSet::new(),
             auditors: BTreeMap::new(),
             disputes: Disputes::new(),
@@ -164,7 +167,7 @@ impl Queue {
 
     /// Registers a worker with the leases it still holds.
     pub fn register(&mut self, name: &str, slots: u32, held: &[Held], now: Duration) -> WorkerId {
-        let set_aside = self.rulings.set_aside.contains(name);
+        let set_aside = self.is_set_aside(name);
         let id = self.workers.add(name, slots, set_aside, now);
         for held in held {
             self.adopt(id, *held, now);

@@ -8,6 +8,7 @@ impl Queue {
         let Done { index, digest, worker, attempt, wall_s, poison } = done;
         let (digest, worker) = (digest.to_owned(), worker.to_owned());
         self.open.remove(&index);
+        self.reserved.forget(index);
         self.recorded.insert(index, Recorded { digest, worker, attempt, poison });
         if !poison {
             self.durations.push(wall_s);
@@ -20,11 +21,15 @@ impl Queue {
         }
     }
 
-    pub(super) fn fresh(&mut self) -> Option<u64> {
+    /// What was never leased is leased below this only, for now.
+    pub(super) fn fresh_limit(&self) -> u64 {
         let look_ahead = self.settings.look_ahead_per_slot.saturating_mul(self.workers.slots());
-        let limit = self.prefix.saturating_add(look_ahead).min(self.settings.maximum_realisations);
+        self.prefix.saturating_add(look_ahead).min(self.settings.maximum_realisations)
+    }
+
+    pub(super) fn fresh(&mut self) -> Option<u64> {
         let index = self.next;
-        if index >= limit {
+        if index >= self.fresh_limit() {
             return None;
         }
         self.next += 1;

@@ -494,3 +494,36 @@ proptest! {
         prop_assert_eq!(world.recorded, (0..maximum).map(|index| (index, 1)).collect());
     }
 }
+
+#[test]
+fn first_attempts_are_reserved_by_the_round_within_the_look_ahead() {
+    let mut queue = Queue::new(settings(100), 0);
+    let id = queue.register("a", 2, &[], SECOND);
+    assert_eq!(queue.reserve(), 0..6);
+    assert_eq!(queue.reserve(), 0..0, "they are being made durable");
+    let lease = assigned(queue.lease(id, SECOND).unwrap());
+    assert!(!queue.is_reserved(lease), "not durable yet");
+    queue.reserved(0..6);
+    assert!(queue.is_reserved(lease));
+    finish(&mut queue, id, lease, SECOND);
+    assert!(!queue.is_reserved(lease), "it is done");
+
+    let given_back = assigned(queue.lease(id, SECOND).unwrap());
+    assert!(queue.is_reserved(given_back));
+    queue.release(id, &[given_back], false, false, SECOND).unwrap();
+    let again = assigned(queue.lease(id, SECOND).unwrap());
+    assert_eq!(again, Lease { index: 1, attempt: 2 });
+    assert!(!queue.is_reserved(again), "a second attempt has a number of its own");
+
+    // 2 to 5 are reserved: more only once fewer than two are left, and never beyond the look-ahead of 4 a slot.
+    for index in 2..5 {
+        assert_eq!(queue.reserve(), 0..0);
+        let lease = assigned(queue.lease(id, SECOND).unwrap());
+        assert_eq!((lease.index, queue.is_reserved(lease)), (index, true));
+        finish(&mut queue, id, lease, SECOND);
+    }
+    assert_eq!(queue.prefix(), 1);
+    assert_eq!(queue.reserve(), 6..9);
+    queue.drain();
+    assert_eq!(queue.reserve(), 0..0);
+}

@@ -110,7 +110,7 @@ pub struct Running {
 /// The answer to a worker that asks for a lease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LeaseAnswer {
-    /// Run this; persist the attempt before saying so.
+    /// Run this; persist the attempt before saying so, unless it was [reserved](super::Queue::is_reserved).
     Assigned(Lease),
     /// Nothing to do now.
     Wait,
@@ -192,8 +192,13 @@ pub struct UnknownWorker;
 /// What is known of an index from an earlier session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Attempts {
-    /// Highest attempt number given out.
+    /// Highest attempt number given out, or reserved.
     pub attempt: u32,
     /// Unexpected losses.
     pub losses: u32,
+}
+
+impl Attempts {
+    /// The first attempt, and nothing lost.
+    pub const FIRST: Attempts = Attempts { attempt: 1, losses: 0 };
 }

@@ -138,6 +138,12 @@ impl Database {
             }
         }
         for (index, attempts) in attempts {
+            // A reservation may come after what it was made for.
+            let before =
+                self.attempts.get(index.to_be_bytes())?.map(|value| read_attempts(&value)).transpose()?;
+            if before.is_some_and(|before| before.attempt > attempts.attempt) {
+                continue;
+            }
             let mut value = [0; 8];
             value[..4].copy_from_slice(&attempts.attempt.to_be_bytes());
             value[4..].copy_from_slice(&attempts.losses.to_be_bytes());

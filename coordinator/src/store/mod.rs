@@ -107,7 +107,8 @@ impl Store {
         Ok((Store { folder: folder.to_owned(), log, database }, contents))
     }
 
-    /// Makes entries and attempts durable, all in one go; when this returns they survive a power cut.
+    /// Makes entries and attempts durable, all in one go; when this returns they survive a power cut. An attempt number
+    /// that is below the one kept changes nothing.
     ///
     /// # Errors
     /// The disk is full or broken. The store must then be opened anew.

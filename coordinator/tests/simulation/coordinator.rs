@@ -11,6 +11,7 @@ use runout_core::campaign::Campaign;
 use runout_core::estimate::Estimator;
 use runout_core::outcome::Outcome;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::time::Duration;
 
 /// What a worker asks.
@@ -77,14 +78,30 @@ impl Disk {
         contents
     }
 
+    /// A lease goes out: its number is on the disk, and never went out before.
+    fn send(&mut self, lease: Lease) {
+        let kept = self.attempts.get(&lease.index).copied().unwrap_or_default();
+        assert!(lease.attempt <= kept.attempt, "{lease:?} is sent, and not durable");
+        assert!(self.sent.insert(lease), "{lease:?} was sent twice");
+    }
+
     pub(crate) fn holds(&self, index: u64) -> bool {
         self.recorded.contains(&index)
     }
 
+    /// As the store: a number below the one kept changes nothing.
+    fn keep_attempts(&mut self, index: u64, attempts: Attempts) {
+        let kept = self.attempts.entry(index).or_default();
+        if kept.attempt <= attempts.attempt {
+            *kept = attempts;
+        }
+    }
+
     fn write(&mut self, job: &Job) {
         match job {
-            Job::Attempts(index, attempts) => {
-                self.attempts.insert(*index, *attempts);
+            Job::Attempts(index, attempts) => self.keep_attempts(*index, *attempts),
+            Job::Reservation(indices) => {
+                indices.clone().for_each(|index| self.keep_attempts(index, Attempts::FIRST));
             }
             Job::Entry(entry) => {
                 if let Entry::Outcome(record) = &**entry {
@@ -99,6 +116,7 @@ impl Disk {
 #[derive(Debug)]
 enum Job {
     Attempts(u64, Attempts),
+    Reservation(Range<u64>),
     Entry(Box<Entry>),
 }
 
@@ -175,6 +193,14 @@ impl Session {
                     LeaseAnswer::Finished => Some(Reply::Finished),
                     LeaseAnswer::Assigned(lease) => {
                         self.check_lease(disk, id, lease);
+                        let ahead = self.engine.reserve();
+                        if !ahead.is_empty() {
+                            self.waiting.push((Job::Reservation(ahead), None));
+                        }
+                        if self.engine.queue().is_reserved(lease) {
+                            disk.send(lease);
+                            return Some(Reply::Assigned(lease));
+                        }
                         let attempts = self.engine.queue().attempts(lease.index);
                         let job = Job::Attempts(lease.index, attempts);
                         self.waiting.push((job, Some((from, Reply::Assigned(lease)))));
@@ -253,12 +279,16 @@ impl Session {
         let mut answers = Vec::new();
         while !all.is_empty() {
             let (job, answer) = all.swap_remove(order(all.len()));
-            if let Job::Entry(entry) = &job {
-                let events = self.engine.stored(entry);
-                self.handle(events);
+            match &job {
+                Job::Entry(entry) => {
+                    let events = self.engine.stored(entry);
+                    self.handle(events);
+                }
+                Job::Reservation(indices) => self.engine.reserved(indices.clone()),
+                Job::Attempts(..) => {}
             }
             if let Some((_, Reply::Assigned(lease))) = &answer {
-                assert!(disk.sent.insert(*lease), "{lease:?} was sent twice");
+                disk.send(*lease);
             }
             answers.extend(answer);
         }

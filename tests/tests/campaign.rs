@@ -1,5 +1,5 @@
-//! A real campaign on a coarse slope: the same results to the byte for one worker, for two, for two threads that share each realisation, and killed with -9 (the
-//! coordinator once, workers twice) and resumed.
+//! A real campaign on a coarse slope: the same results to the byte for one worker, for two, for two threads that share each
+//! realisation, and killed with -9 (the coordinator once, workers twice) and resumed.
 
 use runout_tests::{COARSE, Cluster, Process, programs, recorded, signal, wait_for};
 

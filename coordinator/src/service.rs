@@ -101,6 +101,8 @@ impl Service {
             }
             Step::Busy => return Err(tonic::Status::unavailable("the outcome is being stored: ask again")),
             Step::Store(entry, verdict) => {
+                // The slot is free: a lease call that has overtaken the report need not wait for the disk.
+                self.shared.changed().notify_waiters();
                 let stored = tokio::spawn(Arc::clone(&self.shared).store(*entry));
                 stored.await.map_err(|e| tonic::Status::internal(e.to_string()))??;
                 verdict

@@ -113,12 +113,13 @@ async fn keep_one(crew: Crew, number: usize, shared: Weak<Shared>, mut stop: wat
             }
             End::Crash(what) => what,
         };
+        let delivered = bury(&shared, &name);
         if shared.upgrade().is_some_and(|shared| shared.engine().queue().is_set_aside(&name)) {
             // Its next name would be trusted anew.
             tracing::error!(worker = name, "worker {name} was set aside and is not replaced");
             return false;
         }
-        crashes = if bury(&shared, &name) { 1 } else { crashes + 1 };
+        crashes = if delivered { 1 } else { crashes + 1 };
         if crashes >= MOST_CRASHES {
             break;
         }

@@ -92,9 +92,32 @@ pub struct Distance {
     pub fitted: Option<Sensitivity>,
     /// Samples beyond the best family's distance; absent without a fitted family.
     pub beyond: Option<u64>,
+    /// Read off samples and stable realisations together, which exceed nothing: at the same probability of the whole slope.
+    pub unconditional: EmpiricalDistance,
     /// By the best family at the same probability of the whole slope, stable realisations included, m; absent if the
     /// slope fails more rarely than that.
     pub unconditional_m: Option<f64>,
+}
+
+impl Distance {
+    /// The distance that the samples settle, m, with its interval; absent where they are too few for one.
+    pub fn settled_m(&self) -> Option<(f64, Interval)> {
+        self.empirical.distance_m.zip(self.empirical.interval_m)
+    }
+
+    /// The same for the whole slope; absent too if it fails too rarely.
+    pub fn settled_unconditional_m(&self) -> Option<(f64, Interval)> {
+        self.unconditional
+            .distance_m
+            .zip(self.unconditional.interval_m)
+            .filter(|(distance_m, _)| *distance_m > 0.0)
+    }
+
+    /// Whether the best family's distance lies outside the interval of the samples' own.
+    pub fn is_contradicted(&self) -> bool {
+        let outside = |([low, high], best_m): (Interval, f64)| best_m < low || best_m > high;
+        self.empirical.interval_m.zip(self.fitted.as_ref().map(|f| f.best_m)).is_some_and(outside)
+    }
 }
 
 /// Analyses `outcomes`, which stand in index order from 0.
@@ -111,6 +134,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
     let prefix = &outcomes[..estimator.realisations().min(outcomes.len() as u64) as usize];
     let samples = samples(campaign, prefix);
     let indices: Vec<u64> = samples.iter().map(|(index, _)| *index).collect();
+    let with_stable: Vec<f64> = samples_m.iter().copied().chain((0..estimate.stable).map(|_| 0.0)).collect();
     let families = families::fit(&samples_m, campaign.seed, estimate.confidence);
     let best = families.iter().find(|f| f.best);
     let distances = PROBABILITIES
@@ -124,6 +148,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
                 let distance_m = family.distance_m(probability);
                 samples_m.iter().filter(|sample| **sample > distance_m).count() as u64
             }),
+            unconditional: exceedance::empirical_distance(&with_stable, probability, estimate.confidence),
             unconditional_m: best
                 .zip(estimate.p_failure)
                 .filter(|(_, p)| *p > probability)

@@ -95,26 +95,61 @@ fn answer_in_words(analysis: &Analysis) -> String {
     }
 }
 
-/// The distances of rare slides, and how many samples lie beyond each of them.
+/// How a report speaks of the probabilities whose distances it gives.
+const WORDS: [&str; 3] = ["one slide in ten", "one in a hundred", "one in a thousand"];
+
+/// The distances of rare slides: the samples' own where they settle them, the best family's beyond.
 fn tail_in_words(analysis: &Analysis) -> String {
     let parts: Vec<String> = analysis
         .distances
         .iter()
-        .zip(["One slide in ten", "one in a hundred", "one in a thousand"])
-        .filter_map(|(distance, word)| {
-            let fitted = distance.fitted.as_ref()?;
-            Some(format!(
-                "{word} goes beyond {} m ({}{})",
-                metres(fitted.best_m),
-                metres_interval(fitted.interval_m),
-                support_in_words(distance),
-            ))
+        .zip(WORDS)
+        .filter_map(|(distance, word)| match distance.settled_m() {
+            Some((metre, ends)) => {
+                Some(format!("{word} goes beyond {} m ({} m)", metres(metre), interval(ends, metres)))
+            }
+            None => distance.fitted.as_ref().map(|fitted| {
+                format!(
+                    "{word} goes beyond {} m by the distribution fitted to the samples ({}{})",
+                    metres(fitted.best_m),
+                    metres_interval(fitted.interval_m),
+                    support_in_words(distance),
+                )
+            }),
         })
         .collect();
     match parts.is_empty() {
         true => "There are too few samples to speak of rarer, longer slides.".to_owned(),
-        false => format!("{}.", parts.join(", ")),
+        false => format!("{}.{}", capitalised(&parts.join(", ")), contradiction_in_words(analysis)),
     }
+}
+
+/// Where the samples contradict the family that AIC prefers, which then says little of what lies beyond them.
+fn contradiction_in_words(analysis: &Analysis) -> String {
+    let Some(best) = analysis.families.iter().find(|f| f.best) else { return String::new() };
+    let parts: Vec<String> = analysis
+        .distances
+        .iter()
+        .zip(WORDS)
+        .filter(|(distance, _)| distance.is_contradicted())
+        .filter_map(|(distance, word)| {
+            Some(format!("{word} at {} m", metres(distance.fitted.as_ref()?.best_m)))
+        })
+        .collect();
+    if parts.is_empty() {
+        return String::new();
+    }
+    format!(
+        " The {} distribution, the best of four by AIC, puts {}, outside the samples' interval: do not rely on it \
+         for rarer slides either.",
+        best.family.name(),
+        parts.join(" and ")
+    )
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
 
 fn metres_interval(found: Option<Interval>) -> String {
@@ -142,7 +177,14 @@ fn unconditional_in_words(analysis: &Analysis) -> Option<String> {
         .distances
         .iter()
         .filter_map(|d| {
-            d.unconditional_m.map(|distance| format!("{} m in {}", metres(distance), percent(d.probability)))
+            let share = percent(d.probability);
+            match (d.settled_unconditional_m(), d.unconditional_m) {
+                (Some((metre, _)), _) => Some(format!("{} m in {share}", metres(metre))),
+                (None, Some(metre)) => {
+                    Some(format!("{} m (by the fitted distribution) in {share}", metres(metre)))
+                }
+                (None, None) => None,
+            }
         })
         .collect();
     (!parts.is_empty()).then(|| {
@@ -208,8 +250,8 @@ fn rests_on(material: &Material<'_>, analysis: &Analysis) -> String {
     if let Some(best) = analysis.families.iter().find(|f| f.best) {
         let _ = write!(
             text,
-            " Distances at given probabilities are those of the {} distribution, the best of four by AIC; the table \
-             below sets the samples and the other distributions beside them.",
+            " Distances are read off the samples where these are enough for an interval free of any distribution, and \
+             else those of the {} distribution, the best of four by AIC; the table below sets all of them side by side.",
             best.family.name()
         );
     }
@@ -225,7 +267,11 @@ fn moving_in_words(estimate: &Estimate, duration_s: f64) -> String {
                 " {moving} of the samples still moved when their analysis ended at {} s: their runout is a lower \
                  bound{}.",
                 significant(duration_s, 4),
-                if many { ", and with so many of them so are the distances above" } else { "" },
+                if many {
+                    ". They are so many that the mean and the distances above are lower bounds too"
+                } else {
+                    ""
+                },
             )
         }
     }

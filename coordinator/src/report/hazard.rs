@@ -2,7 +2,8 @@
 //! distribution, and how probable deposits of some depths are.
 
 use super::reach::{Probability, Reach};
-use runout_core::estimate::interval::{self, Interval};
+use runout_core::estimate::exceedance::interval_places;
+use runout_core::estimate::interval::Interval;
 use runout_core::outcome::Outcome;
 use runout_core::profile::{Profile, Stations};
 
@@ -134,28 +135,6 @@ impl Quantile {
     }
 }
 
-/// Places (from 0) of the order statistics of `n` values between which the quantile at level `p` lies with at least this
-/// confidence (David & Nagaraja 2003, Section 7.1); none with too few values.
-///
-/// The k-th smallest is a lower end if k - 1 values below the quantile would be few enough, which is so exactly if the
-/// Clopper-Pearson upper bound of k - 1 in n is at most p; the upper end likewise. Both bounds rise with k.
-fn interval_places(n: usize, p: f64, confidence: f64) -> Option<(usize, usize)> {
-    let bounds = |hits: usize| interval::probability(hits as u64, n as u64, confidence);
-    let low = first(n, |k| bounds(k).is_none_or(|[_, high]| high > p)).checked_sub(1)?;
-    let high = first(n + 1, |k| bounds(k).is_some_and(|[low, _]| low >= p));
-    (1..=n).contains(&high).then(|| (low, high - 1))
-}
-
-/// The first of 0, 1, ... that `holds`, which holds for all that follow; `end` if none below it does.
-fn first(end: usize, holds: impl Fn(usize) -> bool) -> usize {
-    let (mut from, mut to) = (0, end);
-    while from < to {
-        let middle = from + (to - from) / 2;
-        if holds(middle) { to = middle } else { from = middle + 1 }
-    }
-    from
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,18 +142,6 @@ mod tests {
     use crate::store::tests::record;
     use runout_core::campaign::{Contact, Mesh, Slope, Surface};
     use runout_core::outcome::OutcomeKind;
-
-    /// Textbook places for the median at 95 %: 6 values: 1st and 6th; 20 values: 6th and 15th; 5 values are too few. By the
-    /// binomial distribution (R: qbinom) the 90 % quantile of 100 values lies between the 84th and the 96th.
-    #[test]
-    fn intervals_lie_between_the_textbook_order_statistics() {
-        assert_eq!(interval_places(0, 0.5, 0.95), None);
-        assert_eq!(interval_places(5, 0.5, 0.95), None);
-        assert_eq!(interval_places(6, 0.5, 0.95), Some((0, 5)));
-        assert_eq!(interval_places(20, 0.5, 0.95), Some((5, 14)));
-        assert_eq!(interval_places(35, 0.9, 0.95), None);
-        assert_eq!(interval_places(100, 0.9, 0.95), Some((83, 95)));
-    }
 
     fn profile(depth_mm: u32) -> Profile {
         Profile { column_m: 2.0, depth_mm: vec![depth_mm], speed_mm_s: vec![2 * depth_mm, 1000] }

@@ -96,11 +96,13 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
                 percent(d.probability),
                 d.beyond.map_or_else(dash, |n| n.to_string()),
                 d.empirical.distance_m.map_or_else(dash, metres),
+                d.empirical.interval_m.map_or_else(dash, |i| interval(i, metres)),
                 d.empirical.upper_bound_m.map_or_else(dash, metres),
                 fitted(&|f| metres(f.best_m)),
                 fitted(&|f| f.interval_m.map_or_else(dash, |i| interval(i, metres))),
                 fitted(&|f| interval(f.families_m, metres)),
                 fitted(&|f| interval(f.supported_m, metres)),
+                d.settled_unconditional_m().map_or_else(dash, |(metre, _)| metres(metre)),
                 d.unconditional_m.map_or_else(dash, metres),
             ];
             (false, cells)
@@ -110,26 +112,28 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
         "exceeded with",
         "samples beyond",
         "read off samples",
+        "their interval",
         "upper bound",
         "best family",
         "bootstrap interval",
         "four families",
         "supported fits",
-        "stable included",
+        "stable included, read off",
+        "by best family",
     ];
     let mut html = pair(figures, &["exceedance", "exceedance-log"]);
     html.push_str(&captioned(
-        "Distances (m) exceeded with given probabilities, given failure but for the last column",
+        "Distances (m) exceeded with given probabilities, given failure but for the last two columns",
         &table(&header, &rows),
     ));
     html.push_str(&paragraph(
-        "Distances in m, given failure but for the last column. <i>Samples beyond</i> the best family's distance: with \
+        "Distances in m, given failure but for the last two columns. <i>Samples beyond</i> the best family's distance: with \
          few or none the distribution speaks, not the samples. <i>Read off samples</i>: the order statistic, where there are \
-         enough; <i>upper bound</i>: one-sided, from order statistics, free of any family. <i>Best family</i>: smallest AIC by \
+         enough; its interval and the one-sided <i>upper bound</i> are order statistics too, free of any family. <i>Best family</i>: smallest AIC by \
          maximum likelihood; its interval is a bootstrap of the samples that fits anew each time. <i>Four families</i>: smallest \
          and largest over all families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC \
          within 10 of the best. <i>Stable included</i>: the distance that a realisation exceeds with that probability, whether \
-         or not it fails, by the best family.",
+         or not it fails, read off all realisations and by the best family.",
     ));
     html.push_str(&by_family(analysis));
     html

@@ -63,6 +63,8 @@ pub struct EmpiricalDistance {
     pub probability: f64,
     /// The order statistic at it, m; absent where fewer than 1 / probability samples exist.
     pub distance_m: Option<f64>,
+    /// Two-sided interval from order statistics, m; absent where the samples are too few.
+    pub interval_m: Option<Interval>,
     /// One-sided upper confidence bound from order statistics, m; absent where the samples are too few.
     pub upper_bound_m: Option<f64>,
     /// Samples that such an upper bound needs at least.
@@ -84,6 +86,8 @@ pub fn empirical_distance(samples_m: &[f64], probability: f64, confidence: f64) 
     EmpiricalDistance {
         probability,
         distance_m: (allowed >= 1).then(|| sorted[n - 1 - allowed.min(n - 1)]),
+        interval_m: interval_places(n, 1.0 - probability, confidence)
+            .map(|(low, high)| [sorted[low], sorted[high]]),
         upper_bound_m: upper_place(n, probability, confidence).map(|place| sorted[place]),
         samples_needed,
     }
@@ -108,4 +112,52 @@ fn upper_place(n: usize, probability: f64, confidence: f64) -> Option<usize> {
         }
     }
     Some(holds - 1)
+}
+
+/// Places (from 0) of the order statistics of `n` values between which the quantile at level `p` lies with at least this
+/// confidence (David & Nagaraja 2003, Section 7.1); none with too few values.
+///
+/// The k-th smallest is a lower end if k - 1 values below the quantile would be few enough, which is so exactly if the
+/// Clopper-Pearson upper bound of k - 1 in n is at most p; the upper end likewise. Both bounds rise with k.
+pub fn interval_places(n: usize, p: f64, confidence: f64) -> Option<(usize, usize)> {
+    let bounds = |hits: usize| interval::probability(hits as u64, n as u64, confidence);
+    let low = first(n, |k| bounds(k).is_none_or(|[_, high]| high > p)).checked_sub(1)?;
+    let high = first(n + 1, |k| bounds(k).is_some_and(|[low, _]| low >= p));
+    (1..=n).contains(&high).then(|| (low, high - 1))
+}
+
+/// The first of 0, 1, ... that `holds`, which holds for all that follow; `end` if none below it does.
+fn first(end: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut from, mut to) = (0, end);
+    while from < to {
+        let middle = from + (to - from) / 2;
+        if holds(middle) { to = middle } else { from = middle + 1 }
+    }
+    from
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Textbook places for the median at 95 %: 6 values: 1st and 6th; 20 values: 6th and 15th; 5 values are too few. By the
+    /// binomial distribution (R: qbinom) the 90 % quantile of 100 values lies between the 84th and the 96th.
+    #[test]
+    fn intervals_lie_between_the_textbook_order_statistics() {
+        assert_eq!(interval_places(0, 0.5, 0.95), None);
+        assert_eq!(interval_places(5, 0.5, 0.95), None);
+        assert_eq!(interval_places(6, 0.5, 0.95), Some((0, 5)));
+        assert_eq!(interval_places(20, 0.5, 0.95), Some((5, 14)));
+        assert_eq!(interval_places(35, 0.9, 0.95), None);
+        assert_eq!(interval_places(100, 0.9, 0.95), Some((83, 95)));
+    }
+
+    /// A hundred values 1 to 100: ten are beyond 90, and the quantile lies between the 84th and the 96th.
+    #[test]
+    fn a_distance_read_off_the_samples_has_the_interval_of_its_order_statistics() {
+        let samples: Vec<f64> = (1..=100).map(f64::from).collect();
+        let found = empirical_distance(&samples, 0.1, 0.95);
+        assert_eq!((found.distance_m, found.interval_m), (Some(90.0), Some([84.0, 96.0])));
+        assert_eq!(empirical_distance(&samples, 0.01, 0.95).interval_m, None);
+    }
 }

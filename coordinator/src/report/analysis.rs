@@ -241,3 +241,31 @@ fn remarkable(outcomes: &[Outcome]) -> Vec<(u64, OutcomeKind, &'static str)> {
         .map(|o| (o.index, o.outcome, if o.mark().is_empty() { o.reason.name() } else { o.mark() }))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hundred samples 1 to 100: the distance of one in ten lies between 84 and 96, whatever the distribution.
+    #[test]
+    fn a_family_outside_the_samples_interval_is_contradicted() {
+        let samples: Vec<f64> = (1..=100).map(f64::from).collect();
+        let contradicted = |best_m: f64| {
+            let fitted =
+                Sensitivity { best_m, interval_m: None, families_m: [best_m; 2], supported_m: [best_m; 2] };
+            let empirical = exceedance::empirical_distance(&samples, 0.1, 0.95);
+            let unconditional = empirical;
+            let fitted = Some(fitted);
+            Distance {
+                probability: 0.1,
+                empirical,
+                fitted,
+                beyond: None,
+                unconditional,
+                unconditional_m: None,
+            }
+            .is_contradicted()
+        };
+        assert_eq!([83.9, 84.0, 90.0, 96.0, 96.1].map(contradicted), [true, false, false, false, true]);
+    }
+}

@@ -91,15 +91,27 @@ fn basis(material: &Material<'_>, analysis: &Analysis, hazard: &Hazard) -> Strin
     )
 }
 
-/// Places of the tables along the ground.
-fn places(analysis: &Analysis) -> Vec<f64> {
-    round_ticks(0.0, analysis.reach.farthest_m().max(1.0), ROWS)
+/// Places of the tables along the ground, no closer than the columns, whose numbers would be repeated.
+fn places(analysis: &Analysis, hazard: Option<&Hazard>) -> Vec<f64> {
+    let farthest_m = analysis.reach.farthest_m().max(1.0);
+    let rows = hazard.map_or(ROWS, |hazard| ROWS.min((farthest_m / hazard.column_m) as usize)).max(2);
+    let mut places = round_ticks(0.0, farthest_m, rows);
+    let width_m = hazard.map_or(0.0, |hazard| hazard.column_m);
+    let mut last_m = f64::NEG_INFINITY;
+    places.retain(|x| {
+        let kept = *x >= last_m + width_m;
+        if kept {
+            last_m = *x;
+        }
+        kept
+    });
+    places
 }
 
 /// What is reached, and buried how deep.
 fn reached(analysis: &Analysis, hazard: Option<&Hazard>) -> String {
     let deeper = hazard.map_or(&[][..], |hazard| &hazard.deeper);
-    let rows = places(analysis).into_iter().filter_map(|x| {
+    let rows = places(analysis, hazard).into_iter().filter_map(|x| {
         let reached = analysis.reach.in_front(x)?;
         let mut cells = vec![
             metres(x),
@@ -129,7 +141,7 @@ fn depths_and_speeds(analysis: &Analysis, hazard: &Hazard) -> String {
         &hazard.speed_m_s.one_in_ten,
     ];
     let show = |value: f64| format!("{value:.2}");
-    let rows = places(analysis).into_iter().map(|x| {
+    let rows = places(analysis, Some(hazard)).into_iter().map(|x| {
         let column = column(hazard, x);
         let mut cells = vec![metres(x)];
         for quantile in quantiles {

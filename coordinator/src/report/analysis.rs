@@ -100,17 +100,12 @@ pub struct Distance {
 }
 
 impl Distance {
-    /// The distance that the samples settle, m, with its interval; absent where they are too few for one.
-    pub fn settled_m(&self) -> Option<(f64, Interval)> {
-        self.empirical.distance_m.zip(self.empirical.interval_m)
-    }
-
-    /// The same for the whole slope; absent too if it fails too rarely.
-    pub fn settled_unconditional_m(&self) -> Option<(f64, Interval)> {
+    /// The distance for the whole slope that the realisations settle, m; absent where they are too few, or fail too rarely.
+    pub fn settled_unconditional_m(&self) -> Option<f64> {
         self.unconditional
-            .distance_m
-            .zip(self.unconditional.interval_m)
-            .filter(|(distance_m, _)| *distance_m > 0.0)
+            .settled_m()
+            .map(|(distance_m, _)| distance_m)
+            .filter(|distance_m| *distance_m > 0.0)
     }
 
     /// Whether the best family's distance lies outside the interval of the samples' own.
@@ -134,7 +129,9 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
     let prefix = &outcomes[..estimator.realisations().min(outcomes.len() as u64) as usize];
     let samples = samples(campaign, prefix);
     let indices: Vec<u64> = samples.iter().map(|(index, _)| *index).collect();
-    let with_stable: Vec<f64> = samples_m.iter().copied().chain((0..estimate.stable).map(|_| 0.0)).collect();
+    let mut sorted_m = samples_m.clone();
+    sorted_m.sort_by(f64::total_cmp);
+    let with_stable: Vec<f64> = (0..estimate.stable).map(|_| 0.0).chain(sorted_m.iter().copied()).collect();
     let families = families::fit(&samples_m, campaign.seed, estimate.confidence);
     let best = families.iter().find(|f| f.best);
     let distances = PROBABILITIES
@@ -142,7 +139,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
         .enumerate()
         .map(|(i, probability)| Distance {
             probability,
-            empirical: exceedance::empirical_distance(&samples_m, probability, estimate.confidence),
+            empirical: exceedance::empirical_distance(&sorted_m, probability, estimate.confidence),
             fitted: families::distance(&families, i),
             beyond: best.map(|family| {
                 let distance_m = family.distance_m(probability);

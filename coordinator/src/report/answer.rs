@@ -104,7 +104,7 @@ fn tail_in_words(analysis: &Analysis) -> String {
         .distances
         .iter()
         .zip(WORDS)
-        .filter_map(|(distance, word)| match distance.settled_m() {
+        .filter_map(|(distance, word)| match distance.empirical.settled_m() {
             Some((metre, ends)) => {
                 Some(format!("{word} goes beyond {} m ({} m)", metres(metre), interval(ends, metres)))
             }
@@ -179,7 +179,7 @@ fn unconditional_in_words(analysis: &Analysis) -> Option<String> {
         .filter_map(|d| {
             let share = percent(d.probability);
             match (d.settled_unconditional_m(), d.unconditional_m) {
-                (Some((metre, _)), _) => Some(format!("{} m in {share}", metres(metre))),
+                (Some(metre), _) => Some(format!("{} m in {share}", metres(metre))),
                 (None, Some(metre)) => {
                     Some(format!("{} m (by the fitted distribution) in {share}", metres(metre)))
                 }

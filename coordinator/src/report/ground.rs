@@ -93,19 +93,11 @@ fn basis(material: &Material<'_>, analysis: &Analysis, hazard: &Hazard) -> Strin
 
 /// Places of the tables along the ground, no closer than the columns, whose numbers would be repeated.
 fn places(analysis: &Analysis, hazard: Option<&Hazard>) -> Vec<f64> {
-    let farthest_m = analysis.reach.farthest_m().max(1.0);
-    let rows = hazard.map_or(ROWS, |hazard| ROWS.min((farthest_m / hazard.column_m) as usize)).max(2);
-    let mut places = round_ticks(0.0, farthest_m, rows);
-    let width_m = hazard.map_or(0.0, |hazard| hazard.column_m);
-    let mut last_m = f64::NEG_INFINITY;
-    places.retain(|x| {
-        let kept = *x >= last_m + width_m;
-        if kept {
-            last_m = *x;
-        }
-        kept
-    });
-    places
+    let column_m = hazard.map_or(0.0, |hazard| hazard.column_m);
+    let farthest_m = analysis.reach.farthest_m().max(1.0).max(column_m);
+    // No more steps than columns: each is at least as wide.
+    let columns = hazard.map_or(ROWS, |_| (farthest_m / column_m) as usize);
+    round_ticks(0.0, farthest_m, ROWS.min(columns))
 }
 
 /// What is reached, and buried how deep.

@@ -102,7 +102,7 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
                 fitted(&|f| f.interval_m.map_or_else(dash, |i| interval(i, metres))),
                 fitted(&|f| interval(f.families_m, metres)),
                 fitted(&|f| interval(f.supported_m, metres)),
-                d.settled_unconditional_m().map_or_else(dash, |(metre, _)| metres(metre)),
+                d.settled_unconditional_m().map_or_else(dash, metres),
                 d.unconditional_m.map_or_else(dash, metres),
             ];
             (false, cells)
@@ -127,9 +127,10 @@ fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
         &table(&header, &rows),
     ));
     html.push_str(&paragraph(
-        "Distances in m, given failure but for the last two columns. <i>Samples beyond</i> the best family's distance: with \
+        "<i>Samples beyond</i> the best family's distance: with \
          few or none the distribution speaks, not the samples. <i>Read off samples</i>: the order statistic, where there are \
-         enough; its interval and the one-sided <i>upper bound</i> are order statistics too, free of any family. <i>Best family</i>: smallest AIC by \
+         enough; its interval and the one-sided <i>upper bound</i> are order statistics too, free of any family. \
+         <i>Best family</i>: smallest AIC by \
          maximum likelihood; its interval is a bootstrap of the samples that fits anew each time. <i>Four families</i>: smallest \
          and largest over all families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC \
          within 10 of the best. <i>Stable included</i>: the distance that a realisation exceeds with that probability, whether \

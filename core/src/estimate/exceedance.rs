@@ -71,6 +71,13 @@ pub struct EmpiricalDistance {
     pub samples_needed: u64,
 }
 
+impl EmpiricalDistance {
+    /// The distance with its interval, m: what the samples settle by themselves; absent where they are too few for either.
+    pub fn settled_m(&self) -> Option<(f64, Interval)> {
+        self.distance_m.zip(self.interval_m)
+    }
+}
+
 /// The distance exceeded with `probability`, from order statistics alone.
 ///
 /// The j-th smallest of n samples is an upper bound of the quantile at level 1 - probability with confidence
@@ -99,19 +106,8 @@ pub fn empirical_distance(samples_m: &[f64], probability: f64, confidence: f64) 
 fn upper_place(n: usize, probability: f64, confidence: f64) -> Option<usize> {
     let bounds =
         |j: usize| beta_quantile(1.0 - confidence, j as f64, (n - j + 1) as f64) >= 1.0 - probability;
-    if n == 0 || !bounds(n) {
-        return None;
-    }
-    let (mut fails, mut holds) = (0, n);
-    while holds - fails > 1 {
-        let middle = (fails + holds) / 2;
-        if bounds(middle) {
-            holds = middle;
-        } else {
-            fails = middle;
-        }
-    }
-    Some(holds - 1)
+    let place = first(n + 1, |j| j > 0 && bounds(j));
+    (place <= n).then(|| place - 1)
 }
 
 /// Places (from 0) of the order statistics of `n` values between which the quantile at level `p` lies with at least this

@@ -125,6 +125,8 @@ fn simulate_prints_one_document_and_writes_a_series() {
     // The same realisation gives the same bits, with and without pictures.
     let again = desk.document(&["simulate", "campaign.toml", "--index", "0", "--json"]);
     assert_eq!(again["digest"], document["digest"]);
+    let depths = again["profile"]["depth_mm"].as_array().expect("depths along the ground");
+    assert!(depths.iter().any(|depth| depth.as_u64() > Some(0)), "{depths:?}");
     let mean = desk.document(&["simulate", "campaign.toml", "--deterministic", "--json"]);
     assert!(mean["index"].is_null() && mean["digest"] != document["digest"]);
 }
@@ -159,6 +161,12 @@ fn field_writes_the_same_values_as_table_and_for_paraview() {
         assert_eq!(f64::from_le_bytes(at(1 + place)), row[2].parse::<f64>().expect("a number"));
     }
     assert_eq!(std::fs::read(desk.path("field.png")).expect("it is written")[..4], *b"\x89PNG");
+
+    let document = desk.document(&["field", "campaign.toml", "--index", "3", "--out", "field.csv", "--json"]);
+    assert_eq!(document["points"], rows.len());
+    let cohesions = rows.iter().map(|row| row[2].parse::<f64>().expect("a number"));
+    let largest = cohesions.fold(0.0, f64::max);
+    assert_eq!(document["properties"]["cohesion_kpa"]["largest"], largest);
 }
 
 #[test]
@@ -327,6 +335,14 @@ fn report_is_written_into_the_run_directory() {
         assert!(desk.path("run/figures").join(figure).is_file(), "{figure}");
     }
     let replayed = page();
+    let document = desk.document(&["report", "run", "--json"]);
+    assert_eq!(document["page"], "run/report.html");
+    let names = document["figures"].as_array().expect("a list");
+    assert!(names.contains(&"exceedance-log".into()), "{names:?}");
+    let samples = document["estimate"]["samples"].as_u64().expect("a number");
+    let slid = table(&desk.said(&["results", "run"])).1.iter().filter(|row| row[1] == "runout").count();
+    assert_eq!(samples, slid as u64);
+    assert_eq!(document["distances"][0]["probability"], 0.1);
     assert!(replayed.contains("every one gave the recorded outcome bit for bit"));
     // What was kept gives the same page, byte for byte; so does what is replayed again because it cannot be read.
     let kept: Vec<PathBuf> = std::fs::read_dir(desk.path("run/replays"))

@@ -10,6 +10,7 @@ use runout_core::marginal::{Family, Marginal};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind, Reason};
 use runout_core::profile::{Profile, Stations};
 use runout_core::realisation::Prepared;
+use runout_core::slope;
 use std::path::Path;
 
 fn loaded() -> Loaded {
@@ -200,6 +201,49 @@ fn the_pages_numbers_are_those_of_the_outcomes() {
     assert!(page.contains(&format!("failed, left-grid: realisations {listed}.")));
     let moved = cells(&page, "In the samples");
     assert_eq!(moved[0][6], format!("{:.2}", 5.0 * longest));
+}
+
+/// The table at the top: order statistics of the samples, and of samples and stable realisations together.
+#[test]
+fn the_answers_distances_are_order_statistics() {
+    let loaded = loaded();
+    let outcomes = outcomes(300);
+    let report = of(&loaded, &outcomes, &[]);
+    let rows = cells(&report.html, "Runout that few slides exceed");
+    let mut sorted: Vec<f64> = outcomes
+        .iter()
+        .filter(|o| o.outcome == OutcomeKind::Runout)
+        .map(|o| o.measures.unwrap().displacement_q999_m)
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    let one_in_ten = |sorted: &[f64]| sorted[(0.9 * sorted.len() as f64).ceil() as usize - 1];
+    assert_eq!(rows[0][..2], ["10 %".to_owned(), format!("{:.2} m", one_in_ten(&sorted))]);
+    assert_eq!(rows[0][3], format!("the {} samples themselves", sorted.len()));
+    assert_eq!(report.distances[0].empirical.distance_m, Some(one_in_ten(&sorted)));
+    let stable = outcomes.iter().filter(|o| o.outcome == OutcomeKind::Stable).count();
+    let all: Vec<f64> = vec![0.0; stable].into_iter().chain(sorted.iter().copied()).collect();
+    assert_eq!(rows[0][4], format!("{:.2} m", one_in_ten(&all)));
+    // A thousand times as rare as the samples are many: only a family speaks of it.
+    assert!(rows[2][3].starts_with("the fitted "), "{rows:?}");
+}
+
+/// Slides that took all the ground behind the crest are counted, and the others are not.
+#[test]
+fn slides_that_reach_the_rear_wall_are_said() {
+    let loaded = loaded();
+    let model = &loaded.spec.model;
+    let room_m = slope::crest_edge_x(&model.slope) - slope::rear_x(&model.slope);
+    let mut outcomes = outcomes(60);
+    let said = |outcomes: &[Outcome]| of(&loaded, outcomes, &[]).html.contains("moved back to the rear wall");
+    assert!(!said(&outcomes));
+    let retreat = |outcome: &mut Outcome, retreat_m: f64| {
+        outcome.measures.as_mut().expect("measures").crest_retreat_m = retreat_m;
+    };
+    let place = outcomes.iter().position(|o| o.outcome == OutcomeKind::Runout).expect("a slide");
+    retreat(&mut outcomes[place], room_m - 1.01 * model.mesh.cell_size_m);
+    assert!(!said(&outcomes));
+    retreat(&mut outcomes[place], room_m);
+    assert!(said(&outcomes));
 }
 
 /// Counted again here: the front is 0.8 of the runout, and stable slopes reach nothing.

@@ -1,7 +1,7 @@
 //! `runout field`: the random fields of one realisation as a table, a ParaView file or a picture.
 
 use super::analysis::prepare;
-use super::{Failure, index, print, write_asked};
+use super::{Failure, index, print, print_json, write_asked};
 use crate::gallery::{edge_units, fields};
 use crate::load;
 use crate::picture;
@@ -10,9 +10,11 @@ use clap::Args;
 use runout_core::points::Points;
 use runout_core::realisation::{PointProperties, Source};
 use runout_core::site::Property;
+use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// `runout field CAMPAIGN --index I --out FILE`
+/// `runout field CAMPAIGN --index I --out FILE [--json]`
 #[derive(Debug, Args)]
 pub struct FieldArguments {
     /// Campaign file
@@ -23,6 +25,36 @@ pub struct FieldArguments {
     /// File to write: .csv (x, y and the properties at every material point), .vtu (ParaView) or .png (picture)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Print one JSON document: what was written, and the mean and range of each property
+    #[arg(long)]
+    json: bool,
+}
+
+/// The names of this document are a contract.
+#[derive(Serialize)]
+struct Document<'a> {
+    file: &'a Path,
+    index: u64,
+    points: usize,
+    properties: BTreeMap<&'static str, Summary>,
+}
+
+/// A property over the material points, in the units of its name.
+#[derive(Serialize)]
+struct Summary {
+    mean: f64,
+    smallest: f64,
+    largest: f64,
+}
+
+impl Summary {
+    fn of(values: &[f64]) -> Summary {
+        Summary {
+            mean: values.iter().sum::<f64>() / values.len() as f64,
+            smallest: values.iter().copied().fold(f64::INFINITY, f64::min),
+            largest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +65,7 @@ enum Format {
 }
 
 pub(super) fn field(arguments: &FieldArguments) -> Result<(), Failure> {
-    let FieldArguments { campaign, index, out } = arguments;
+    let FieldArguments { campaign, index, out, json } = arguments;
     let format = format(out)?;
     let loaded = load::load(campaign)?;
     let prepared = prepare(&loaded.spec)?;
@@ -58,8 +90,12 @@ pub(super) fn field(arguments: &FieldArguments) -> Result<(), Failure> {
         }
     };
     write_asked(out, &bytes)?;
-    print(&format!("wrote {} ({} points)\n", out.display(), points.len()))?;
-    Ok(())
+    if *json {
+        let summary = |p: &Property| (p.name(), Summary::of(&edge_units(*p, &properties)));
+        let properties = random.iter().map(summary).collect();
+        return print_json(&Document { file: out, index: *index, points: points.len(), properties });
+    }
+    print(&format!("wrote {} ({} points)\n", out.display(), points.len()))
 }
 
 fn format(out: &Path) -> Result<Format, Failure> {

@@ -1,24 +1,26 @@
 //! `runout report`: one self-contained page and its figures, in the run directory.
 
 use super::analysis::prepare;
-use super::{Failure, print, run_records::RunRecords, say};
+use super::{Failure, print, print_json, run_records::RunRecords, say};
 use crate::events::{self, What};
 use crate::machine::Machine;
 use crate::replays::{self, ReplayError, Wanted};
-use crate::report::analysis::analyse;
+use crate::report::analysis::{Distance, analyse};
 use crate::report::figures::Content;
-use crate::report::{self, Material, Replays, Work};
+use crate::report::{self, Material, Replays, Report, Work};
 use crate::status::duration;
 use crate::store::log::Record;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use runout_core::estimate::Estimate;
 use runout_core::outcome::Outcome;
 use runout_core::realisation::{Prepared, Source};
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// `runout report DIR [--profiles N] [--no-gallery] [--no-replays]`
+/// `runout report DIR [--profiles N] [--no-gallery] [--no-replays] [--json]`
 #[derive(Debug, Args)]
 pub struct ReportArguments {
     /// Run directory; report.html, figures/ and replays/ are written into it
@@ -33,6 +35,9 @@ pub struct ReportArguments {
     /// Replay nothing: neither profiles nor gallery, a report within seconds
     #[arg(long, conflicts_with = "profiles")]
     no_replays: bool,
+    /// Print one JSON document: what was written, the estimates and the distances of rare slides
+    #[arg(long)]
+    json: bool,
 }
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
@@ -70,13 +75,30 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<(), Failure> {
             Content::Picture(png) => write(&path("png"), png)?,
         }
     }
+    if arguments.json {
+        let Report { estimate, distances, .. } = &report;
+        return print_json(&Document { page, figures: names(&report), estimate, distances });
+    }
     print(&format!(
         "wrote {} and {} figures in {}\n",
         page.display(),
         report.figures.len(),
         figures.display()
-    ))?;
-    Ok(())
+    ))
+}
+
+/// The figures' names: each is a file .png in figures/, the charts .svg too.
+fn names(report: &Report) -> Vec<&str> {
+    report.figures.iter().map(|figure| figure.name.as_str()).collect()
+}
+
+/// The names of this document are a contract.
+#[derive(Serialize)]
+struct Document<'a> {
+    page: PathBuf,
+    figures: Vec<&'a str>,
+    estimate: &'a Estimate,
+    distances: &'a [Distance],
 }
 
 /// Replays what the page shows.

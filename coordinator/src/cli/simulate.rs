@@ -5,11 +5,13 @@ use super::pictures::PictureArguments;
 use super::{Failure, index, print, print_json};
 use crate::gallery::GalleryError;
 use crate::load;
+use crate::outcomes::unsigned_zero;
 use crate::overrides::Override;
 use crate::table::{list, significant};
 use clap::Args;
 use runout_core::gimp::{Energy, Threads};
 use runout_core::outcome::{Measures, Outcome};
+use runout_core::profile::Profile;
 use runout_core::realisation::Source;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -80,6 +82,8 @@ struct Document<'a> {
     wall_s: f64,
     point_updates_per_s: f64,
     digest: &'a str,
+    /// What was recorded along the ground, where the campaign asks for it.
+    profile: Option<&'a Profile>,
     files: Vec<PathBuf>,
 }
 
@@ -120,7 +124,7 @@ pub(super) fn simulate(arguments: &SimulateArguments) -> Result<(), Failure> {
 
 fn document(source: Source, watched: &Watched, runout_m: Option<f64>, files: Vec<PathBuf>) -> Document<'_> {
     let Watched { outcome, wall_s, .. } = watched;
-    let measure = |of: fn(&Measures) -> f64| outcome.measures.as_ref().map(of);
+    let measure = |of: fn(&Measures) -> f64| outcome.measures.as_ref().map(|m| unsigned_zero(of(m)));
     Document {
         index: match source {
             Source::Index(index) => Some(index),
@@ -145,6 +149,7 @@ fn document(source: Source, watched: &Watched, runout_m: Option<f64>, files: Vec
         wall_s: *wall_s,
         point_updates_per_s: updates_per_s(watched),
         digest: &outcome.digest,
+        profile: outcome.profile.as_ref(),
         files,
     }
 }
@@ -181,7 +186,7 @@ fn measures(outcome: &Outcome) -> Vec<(&'static str, f64)> {
         ("displacement, 99.9 % quantile, m", m.displacement_q999_m),
         ("toe advance, m", m.toe_advance_m),
         ("crest retreat, m", m.crest_retreat_m),
-        ("moved area, m2", m.moved_area_m2),
+        ("moved area, m2", unsigned_zero(m.moved_area_m2)),
         ("deposit height at the toe, m", m.deposit_height_at_toe_m),
     ];
     rows.extend(m.time_to_rest_s.map(|t| ("time to rest, s", t)));

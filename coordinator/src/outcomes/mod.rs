@@ -273,7 +273,13 @@ pub const COLUMNS: [Column; 30] = [
 ];
 
 fn measure(record: &Record, of: impl Fn(&Measures) -> f64) -> Value<'_> {
-    Value::Number(record.outcome.measures.as_ref().map(of))
+    Value::Number(record.outcome.measures.as_ref().map(|m| unsigned_zero(of(m))))
+}
+
+/// Zero without a sign: the area that moved is a sum, and Rust's sum of nothing is -0.0. Its bits are in the digests, so that
+/// it is shown otherwise and not kept otherwise.
+pub fn unsigned_zero(value: f64) -> f64 {
+    value + 0.0
 }
 
 fn energy(record: &Record, of: impl Fn(&Energy) -> f64) -> Value<'_> {

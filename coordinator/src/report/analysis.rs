@@ -11,6 +11,7 @@ use runout_core::estimate::interval::{self, Interval};
 use runout_core::estimate::moments::Moments;
 use runout_core::estimate::{Decision, Estimate, Estimator};
 use runout_core::outcome::{Measures, Outcome, OutcomeKind};
+use serde::Serialize;
 
 /// Exceedance probabilities whose distances the report gives.
 pub const PROBABILITIES: [f64; 3] = [0.1, 0.01, 0.001];
@@ -27,6 +28,8 @@ pub struct Analysis {
     pub decision: Decision,
     /// The samples, m, in index order.
     pub samples_m: Vec<f64>,
+    /// Indices of the realisations whose slope stood.
+    pub stable: Vec<u64>,
     /// Index of each sample's realisation.
     pub indices: Vec<u64>,
     /// Convergence of mean, variance and coefficient of variation.
@@ -82,7 +85,7 @@ pub struct FailurePoint {
 }
 
 /// The distance that is exceeded with a given probability.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Distance {
     /// Probability, given failure.
     pub probability: f64,
@@ -157,6 +160,7 @@ pub fn analyse(campaign: &Campaign, outcomes: &[Outcome]) -> Analysis {
         failure: failure(prefix, &indices, estimate.confidence),
         curve: exceedance::curve(&samples_m, estimate.stable, estimate.confidence),
         decision: estimator.decision(),
+        stable: stable(prefix),
         remarkable: remarkable(prefix),
         reach: reach::reach(prefix, estimate.confidence),
         moved_areas_m2: samples.iter().map(|(_, m)| m.moved_area_m2).collect(),
@@ -229,6 +233,10 @@ fn failure(outcomes: &[Outcome], samples: &[u64], confidence: f64) -> Vec<Failur
             })
         })
         .collect()
+}
+
+fn stable(outcomes: &[Outcome]) -> Vec<u64> {
+    outcomes.iter().filter(|o| o.outcome == OutcomeKind::Stable).map(|o| o.index).collect()
 }
 
 fn remarkable(outcomes: &[Outcome]) -> Vec<(u64, OutcomeKind, &'static str)> {

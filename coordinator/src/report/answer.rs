@@ -1,19 +1,15 @@
 //! The answer in plain words: what was asked, what came out, and what that rests on.
 
-use super::analysis::{Analysis, Distance};
+use super::analysis::Analysis;
 use super::html::{escape, paragraph};
 use super::page::{interval, metres, optional_interval, percent};
-use super::{Findings, Material};
+use super::{Findings, Material, distances};
 use crate::table::significant;
-use runout_core::campaign::RunoutMeasure;
+use runout_core::campaign::{Model, RunoutMeasure};
 use runout_core::estimate::interval::Interval;
 use runout_core::estimate::{Decision, Estimate};
 use runout_core::slope;
 use std::fmt::Write as _;
-
-/// A distance with fewer samples beyond it rests more on the fitted family than on the samples: five hits have a
-/// relative standard error of 45 %.
-const FEW_BEYOND: u64 = 5;
 
 /// Where more of the samples than this still moved, their lower bounds pull every estimate down.
 const MANY_MOVING: f64 = 0.05;
@@ -34,8 +30,8 @@ pub(super) fn answer(material: &Material<'_>, found: &Findings) -> String {
         significant(slope::mean_angle_rad(slope).to_degrees(), 4),
     )));
     html.push_str(&paragraph(format!("<b>Answer:</b> {}", answer_in_words(analysis))));
-    if let Some(words) = unconditional_in_words(analysis) {
-        html.push_str(&paragraph(words));
+    if analysis.estimate.samples > 0 {
+        html.push_str(&distances::in_short(analysis));
     }
     if let Some(words) = ground_in_words(found) {
         html.push_str(&paragraph(words));
@@ -46,6 +42,9 @@ pub(super) fn answer(material: &Material<'_>, found: &Findings) -> String {
             "<b>Note:</b> {} replayed realisations gave another outcome than the recorded one; see the last section.",
             found.differing.len()
         )));
+    }
+    if let Some(words) = rear_wall_in_words(&material.spec.model, &analysis.retreats_m) {
+        html.push_str(&paragraph(words));
     }
     for note in material.notes {
         html.push_str(&paragraph(format!("<b>Note:</b> {}", escape(note))));
@@ -83,117 +82,19 @@ fn answer_in_words(analysis: &Analysis) -> String {
         ),
         (Some(p), Some(mean)) => format!(
             "the slope fails in {} of {} realisations, <strong>{}</strong> ({level}: {}). When it fails, it runs \
-             <strong>{} m</strong> on average ({}). {}",
+             <strong>{} m</strong> on average ({}).",
             estimate.samples,
             estimate.samples + estimate.stable,
             percent(p),
             optional_interval(estimate.p_failure_interval, percent),
             metres(mean),
             metres_interval(estimate.mean_interval_m),
-            tail_in_words(analysis),
         ),
     }
 }
 
-/// How a report speaks of the probabilities whose distances it gives.
-const WORDS: [&str; 3] = ["one slide in ten", "one in a hundred", "one in a thousand"];
-
-/// The distances of rare slides: the samples' own where they settle them, the best family's beyond.
-fn tail_in_words(analysis: &Analysis) -> String {
-    let parts: Vec<String> = analysis
-        .distances
-        .iter()
-        .zip(WORDS)
-        .filter_map(|(distance, word)| match distance.empirical.settled_m() {
-            Some((metre, ends)) => {
-                Some(format!("{word} goes beyond {} m ({} m)", metres(metre), interval(ends, metres)))
-            }
-            None => distance.fitted.as_ref().map(|fitted| {
-                format!(
-                    "{word} goes beyond {} m by the distribution fitted to the samples ({}{})",
-                    metres(fitted.best_m),
-                    metres_interval(fitted.interval_m),
-                    support_in_words(distance),
-                )
-            }),
-        })
-        .collect();
-    match parts.is_empty() {
-        true => "There are too few samples to speak of rarer, longer slides.".to_owned(),
-        false => format!("{}.{}", capitalised(&parts.join(", ")), contradiction_in_words(analysis)),
-    }
-}
-
-/// Where the samples contradict the family that AIC prefers, which then says little of what lies beyond them.
-fn contradiction_in_words(analysis: &Analysis) -> String {
-    let Some(best) = analysis.families.iter().find(|f| f.best) else { return String::new() };
-    let parts: Vec<String> = analysis
-        .distances
-        .iter()
-        .zip(WORDS)
-        .filter(|(distance, _)| distance.is_contradicted())
-        .filter_map(|(distance, word)| {
-            Some(format!("{word} at {} m", metres(distance.fitted.as_ref()?.best_m)))
-        })
-        .collect();
-    if parts.is_empty() {
-        return String::new();
-    }
-    format!(
-        " The {} distribution, the best of four by AIC, puts {}, outside the samples' interval: do not rely on it \
-         for rarer slides either.",
-        best.family.name(),
-        parts.join(" and ")
-    )
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
-}
-
 fn metres_interval(found: Option<Interval>) -> String {
     found.map_or_else(|| optional_interval(None, metres), |i| format!("{} m", interval(i, metres)))
-}
-
-fn support_in_words(distance: &Distance) -> String {
-    let (Some(beyond), Some(fitted)) = (distance.beyond, &distance.fitted) else { return String::new() };
-    let samples = match beyond {
-        0 => "no sample is".to_owned(),
-        1 => "1 sample is".to_owned(),
-        n => format!("{n} samples are"),
-    };
-    let families = if beyond < FEW_BEYOND {
-        format!(", and four distributions give {} m", interval(fitted.families_m, metres))
-    } else {
-        String::new()
-    };
-    format!("; {samples} beyond it{families}")
-}
-
-/// The same distances for a realisation that may fail or not; absent if the slope fails too rarely for any.
-fn unconditional_in_words(analysis: &Analysis) -> Option<String> {
-    let parts: Vec<String> = analysis
-        .distances
-        .iter()
-        .filter_map(|d| {
-            let share = percent(d.probability);
-            match (d.settled_unconditional_m(), d.unconditional_m) {
-                (Some(metre), _) => Some(format!("{} m in {share}", metres(metre))),
-                (None, Some(metre)) => {
-                    Some(format!("{} m (by the fitted distribution) in {share}", metres(metre)))
-                }
-                (None, None) => None,
-            }
-        })
-        .collect();
-    (!parts.is_empty()).then(|| {
-        format!(
-            "All these distances are for a slope that has failed. Counting the stable realisations too, the runout exceeds \
-             {} of all realisations.",
-            parts.join(", ")
-        )
-    })
 }
 
 /// What it means on the ground, and how the deterministic run compares.
@@ -247,15 +148,20 @@ fn rests_on(material: &Material<'_>, analysis: &Analysis) -> String {
             estimate.failed
         );
     }
-    if let Some(best) = analysis.families.iter().find(|f| f.best) {
-        let _ = write!(
-            text,
-            " Distances are read off the samples where these are enough for an interval free of any distribution, and \
-             else those of the {} distribution, the best of four by AIC; the table below sets all of them side by side.",
-            best.family.name()
-        );
-    }
     text
+}
+
+/// Says so where slides have taken all the ground behind the crest, to the wall that ends it.
+fn rear_wall_in_words(model: &Model, retreats_m: &[f64]) -> Option<String> {
+    let room_m = slope::crest_edge_x(&model.slope) - slope::rear_x(&model.slope);
+    let reached = retreats_m.iter().filter(|retreat_m| **retreat_m > room_m - model.mesh.cell_size_m).count();
+    (reached > 0).then(|| {
+        format!(
+            "<b>Note:</b> in {reached} of {} samples the ground moved back to the rear wall, {} m behind the crest's edge. More              would have moved without it: retreat, moved area and perhaps the runout are lower bounds there, and the              campaign needs more ground behind the crest.",
+            retreats_m.len(),
+            significant(room_m, 4)
+        )
+    })
 }
 
 fn moving_in_words(estimate: &Estimate, duration_s: f64) -> String {
@@ -280,7 +186,9 @@ fn moving_in_words(estimate: &Estimate, duration_s: f64) -> String {
 fn measure_in_words(measure: RunoutMeasure) -> &'static str {
     match measure {
         RunoutMeasure::DisplacementQ999 => "displacement that 99.9 % of the material points do not exceed",
-        RunoutMeasure::MaxDisplacement => "largest displacement of any material point",
+        RunoutMeasure::MaxDisplacement => {
+            "largest displacement of any material point, which a single one that is thrown clear can set"
+        }
         RunoutMeasure::ToeAdvance => "advance of the contiguous material beyond the initial toe",
     }
 }

@@ -7,6 +7,7 @@ use super::analysis::PROBABILITIES;
 use runout_core::estimate::interval::Interval;
 use runout_core::estimate::tail::{FamilyTail, TailSettings, tails};
 use runout_core::marginal::{Family, Marginal, fit};
+use serde::Serialize;
 
 /// Bootstrap replicates: their 2.5 % and 97.5 % points then have a standard error of about 0.8 % in probability.
 const MOST_REPLICATES: u32 = 400;
@@ -83,7 +84,7 @@ impl FittedFamily {
 }
 
 /// A tail distance by the fitted families.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// By the best family, m.
     pub best_m: f64,

@@ -21,13 +21,14 @@ p{margin:.5rem 0;max-width:48rem}
 .answer p{margin:.35rem 0;max-width:none}
 .answer strong{font-size:1.15em}
 .numbers{display:grid;grid-template-columns:repeat(auto-fit,minmax(6.3rem,1fr));gap:.75rem;margin:1.2rem 0}
-.numbers div{background:var(--panel);padding:.7rem .9rem}
+.numbers div{background:var(--panel);padding:.7rem .6rem}
 .numbers b{display:block;white-space:nowrap;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
 .numbers span{color:var(--grey);font-size:.85rem}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;font-size:.87rem;font-variant-numeric:tabular-nums;margin:.6rem 0 1rem}
 th,td{padding:.28rem .6rem;text-align:right;border-bottom:1px solid var(--grid);white-space:nowrap}
 th{font-weight:600;color:var(--grey);white-space:normal;vertical-align:bottom}
+td,tbody th{vertical-align:top}
 tbody th{font-weight:400;color:var(--ink);white-space:nowrap}
 th:first-child,td:first-child{text-align:left;padding-left:0}
 th.text,td.text{text-align:left}
@@ -123,17 +124,21 @@ fn is_text(rows: &[(bool, Vec<String>)], column: usize) -> bool {
 }
 
 /// A text table as HTML, its numbers with fewer digits, as a page needs no more; rows whose first cell is a star stand out.
+/// What a row has to say beyond the columns stands below the table.
 pub fn from_table(table: &Table) -> String {
-    let mut header: Vec<&str> = table.header().iter().map(String::as_str).collect();
-    if table.rows().iter().any(|row| row.len() > header.len() && !row[header.len()].is_empty()) {
-        header.push("");
-    }
+    let header: Vec<&str> = table.header().iter().map(String::as_str).collect();
+    let columns = header.len();
     let rows: Vec<(bool, Vec<String>)> = table
         .rows()
         .iter()
-        .map(|row| (row[0] == "*", row.iter().take(header.len()).map(|cell| shortened(cell)).collect()))
+        .map(|row| (row[0] == "*", row.iter().take(columns).map(|cell| shortened(cell)).collect()))
         .collect();
-    self::table(&header, &rows)
+    let remarks = table.rows().iter().filter_map(|row| {
+        let (family, remark) = (row.get(1)?, row.get(columns).filter(|remark| !remark.is_empty())?);
+        Some(if remark.starts_with(family.as_str()) { remark.clone() } else { format!("{family}: {remark}") })
+    });
+    let remarks: String = remarks.map(|remark| paragraph(escape(&remark))).collect();
+    self::table(&header, &rows) + &remarks
 }
 
 fn shortened(cell: &str) -> String {

@@ -1,6 +1,6 @@
 //! The page's second half: what went in, and how to get the same out again.
 
-use super::figures::Figure;
+use super::figures::{Figure, short_name};
 use super::html::{captioned, escape, from_table, paragraph, table};
 use super::page::{find, pair};
 use super::{Findings, Material};
@@ -41,7 +41,7 @@ pub(super) fn soil(material: &Material<'_>, figures: &[Figure]) -> String {
         let _ = writeln!(
             html,
             "<h3>Marginal distribution of {}, {}</h3>",
-            property.name(),
+            short_name(*property),
             fit_tables::choice_in_words(marginal.chosen_by)
         );
         html.push_str(&from_table(&fit_tables::marginals(marginal, fit.criterion)));

@@ -9,6 +9,7 @@
 pub mod analysis;
 mod answer;
 pub mod deterministic;
+mod distances;
 pub mod families;
 pub mod figures;
 mod gallery;
@@ -25,9 +26,11 @@ mod slides;
 use crate::machine::Machine;
 use crate::picture::PictureError;
 use crate::replays::Replay;
+use analysis::{Analysis, Distance};
 use figures::{Figure, Figures};
 use hazard::Evidence;
 use runout_core::campaign::Campaign;
+use runout_core::estimate::Estimate;
 use runout_core::fit::Fit;
 use runout_core::outcome::Outcome;
 use runout_core::profile::{Profile, Stations};
@@ -108,11 +111,15 @@ pub struct Report {
     pub html: String,
     /// Its figures.
     pub figures: Vec<Figure>,
+    /// The estimates it gives.
+    pub estimate: Estimate,
+    /// The distances of rare slides.
+    pub distances: Vec<Distance>,
 }
 
 /// The numbers of the page.
 struct Findings {
-    analysis: analysis::Analysis,
+    analysis: Analysis,
     mean_run: Option<deterministic::Deterministic>,
     hazard: Option<hazard::Hazard>,
     sensitivity: sensitivity::Sensitivity,
@@ -135,7 +142,8 @@ pub fn report(material: &Material<'_>) -> Result<Report, PictureError> {
     gallery::pictures(&mut figures, material, &found.analysis)?;
     let figures = figures.0;
     let html = page::page(material, &found, &figures);
-    Ok(Report { html, figures })
+    let Analysis { estimate, distances, .. } = found.analysis;
+    Ok(Report { html, figures, estimate, distances })
 }
 
 fn find(material: &Material<'_>) -> Findings {

@@ -1,10 +1,9 @@
 //! The page: the answer in plain words first (see `answer`), then the numbers and figures it rests on.
 
-use super::analysis::{Analysis, PROBABILITIES};
-use super::families::{self, Method};
+use super::analysis::Analysis;
 use super::figures::Figure;
 use super::html::{STYLE, captioned, escape, illustration, paragraph, table};
-use super::{Findings, Material, answer, ground, inputs, slides};
+use super::{Findings, Material, answer, distances, ground, inputs, slides};
 use crate::table::significant;
 use runout_core::campaign::StopRule;
 use runout_core::estimate::interval::Interval;
@@ -29,7 +28,7 @@ pub(super) fn page(material: &Material<'_>, found: &Findings, figures: &[Figure]
     html.push_str(&answer::answer(material, found));
     html.push_str(&cards(analysis));
     let sections = [
-        ("How far", "how-far", how_far(analysis, figures)),
+        ("How far", "how-far", distances::how_far(analysis, figures)),
         ("Along the ground", "ground", ground::hazard(material, found, figures)),
         ("The slope with mean properties", "mean", slides::mean_properties(found, figures)),
         ("The samples and their distribution", "samples", samples(analysis, figures)),
@@ -79,102 +78,6 @@ fn cards(analysis: &Analysis) -> String {
         let _ = write!(html, "<div><b>{value}</b><span>{label}</span></div>");
     }
     html + "</div>\n"
-}
-
-fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
-    if analysis.samples_m.len() < 2 {
-        return paragraph(format!("With {} samples there is no exceedance curve.", analysis.samples_m.len()));
-    }
-    let dash = || "\u{2013}".to_owned();
-    let rows: Vec<(bool, Vec<String>)> = analysis
-        .distances
-        .iter()
-        .map(|d| {
-            let fitted =
-                |f: &dyn Fn(&super::families::Sensitivity) -> String| d.fitted.as_ref().map_or_else(dash, f);
-            let cells = vec![
-                percent(d.probability),
-                d.beyond.map_or_else(dash, |n| n.to_string()),
-                d.empirical.distance_m.map_or_else(dash, metres),
-                d.empirical.interval_m.map_or_else(dash, |i| interval(i, metres)),
-                d.empirical.upper_bound_m.map_or_else(dash, metres),
-                fitted(&|f| metres(f.best_m)),
-                fitted(&|f| f.interval_m.map_or_else(dash, |i| interval(i, metres))),
-                fitted(&|f| interval(f.families_m, metres)),
-                fitted(&|f| interval(f.supported_m, metres)),
-                d.settled_unconditional_m().map_or_else(dash, metres),
-                d.unconditional_m.map_or_else(dash, metres),
-            ];
-            (false, cells)
-        })
-        .collect();
-    let header = [
-        "exceeded with",
-        "samples beyond",
-        "read off samples",
-        "their interval",
-        "upper bound",
-        "best family",
-        "bootstrap interval",
-        "four families",
-        "supported fits",
-        "stable included, read off",
-        "by best family",
-    ];
-    let mut html = pair(figures, &["exceedance", "exceedance-log"]);
-    html.push_str(&captioned(
-        "Distances (m) exceeded with given probabilities, given failure but for the last two columns",
-        &table(&header, &rows),
-    ));
-    html.push_str(&paragraph(
-        "<i>Samples beyond</i> the best family's distance: with \
-         few or none the distribution speaks, not the samples. <i>Read off samples</i>: the order statistic, where there are \
-         enough; its interval and the one-sided <i>upper bound</i> are order statistics too, free of any family. \
-         <i>Best family</i>: smallest AIC by \
-         maximum likelihood; its interval is a bootstrap of the samples that fits anew each time. <i>Four families</i>: smallest \
-         and largest over all families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC \
-         within 10 of the best. <i>Stable included</i>: the distance that a realisation exceeds with that probability, whether \
-         or not it fails, read off all realisations and by the best family.",
-    ));
-    html.push_str(&by_family(analysis));
-    html
-}
-
-/// The distances by every family, so that their spread is seen.
-fn by_family(analysis: &Analysis) -> String {
-    let families: Vec<_> = analysis.families.iter().filter(|f| f.method == Method::Likelihood).collect();
-    let Some(best) = families.iter().find(|f| f.best) else { return String::new() };
-    let rows: Vec<(bool, Vec<String>)> = families
-        .iter()
-        .map(|family| {
-            let mut cells = vec![family.family.name().to_owned(), significant(family.aic - best.aic, 3)];
-            for (place, probability) in PROBABILITIES.iter().enumerate() {
-                cells.push(metres(family.distance_m(*probability)));
-                let found = family.intervals_m.get(place).copied().flatten();
-                cells.push(found.map_or_else(|| "\u{2013}".to_owned(), |i| interval(i, metres)));
-            }
-            (family.best, cells)
-        })
-        .collect();
-    let header = [
-        "family",
-        "AIC over the best",
-        "10 % (m)",
-        "interval",
-        "1 % (m)",
-        "interval",
-        "0.1 % (m)",
-        "interval",
-    ];
-    captioned(
-        &format!(
-            "Sensitivity to the family: distances by each, fitted by maximum likelihood, with {} bootstrap intervals from {} \
-             replicates",
-            percent(analysis.estimate.confidence),
-            families::replicates(analysis.samples_m.len())
-        ),
-        &table(&header, &rows),
-    )
 }
 
 fn samples(analysis: &Analysis, figures: &[Figure]) -> String {

@@ -9,29 +9,38 @@ use runout_core::estimate::interval::Interval;
 
 /// Dots of a chart; more would be one cloud.
 const MOST_DOTS: usize = 4_000;
+/// Room below zero for what stood, as a share of the longest runout.
+const BELOW: f64 = 0.12;
 
-/// Every sample by its realisation's index, with the running mean (the paper's Fig. 8a).
+/// Every sample by its realisation's index, with the running mean (the paper's Fig. 8a); what stood lies below zero.
 pub(super) fn outcomes(analysis: &Analysis) -> Stack {
-    let every = analysis.samples_m.len().div_ceil(MOST_DOTS).max(1);
-    let dots = analysis.indices.iter().zip(&analysis.samples_m).step_by(every);
+    let every = |count: usize| count.div_ceil(MOST_DOTS).max(1);
+    let dots = analysis.indices.iter().zip(&analysis.samples_m).step_by(every(analysis.samples_m.len()));
     let dots = dots.map(|(index, runout_m)| (*index as f64, *runout_m)).collect();
     let points = &analysis.convergence;
     let at = |p: &ConvergencePoint| (p.realisations - 1) as f64;
     let band = points.iter().filter_map(|p| p.mean_interval_m.map(|[low, high]| (at(p), low.max(0.0), high)));
     let largest = analysis.samples_m.iter().copied().fold(0.0, f64::max);
     let last = analysis.estimate.realisations.saturating_sub(1).max(1);
+    let mut series = vec![
+        Series::new(Layer::Dots(dots), GREY, "samples"),
+        Series::new(Layer::Band(band.collect()), SERIES[1], percent_interval(analysis)),
+        Series::new(
+            Layer::Line(points.iter().map(|p| (at(p), p.mean_m)).collect()),
+            SERIES[1],
+            "running mean",
+        ),
+    ];
+    let below = if analysis.stable.is_empty() { 0.0 } else { BELOW * largest };
+    if below > 0.0 {
+        let stable = analysis.stable.iter().step_by(every(analysis.stable.len()));
+        let stable = stable.map(|index| (*index as f64, -0.5 * below)).collect();
+        series.push(Series::new(Layer::Dots(stable), SERIES[0], "stable"));
+    }
     let chart = Chart {
         x: Axis::linear("index of the realisation", 0.0, last as f64),
-        y: Axis::linear("runout (m)", 0.0, 1.05 * largest),
-        series: vec![
-            Series::new(Layer::Dots(dots), GREY, "samples"),
-            Series::new(Layer::Band(band.collect()), SERIES[1], percent_interval(analysis)),
-            Series::new(
-                Layer::Line(points.iter().map(|p| (at(p), p.mean_m)).collect()),
-                SERIES[1],
-                "running mean",
-            ),
-        ],
+        y: Axis::linear("runout (m)", -below, 1.05 * largest),
+        series,
         legend: Legend::Above,
     };
     Stack(vec![chart])

@@ -125,8 +125,8 @@ pub(super) fn soil(figures: &mut Figures, material: &Material<'_>) -> Result<(),
         figures.chart(
             format!("soil-{}", property.name().replace('_', "-")),
             format!(
-                "Distribution function of {}: the tests, and the families fitted to them.",
-                property.name()
+                "Distribution function of the {}: the tests, and the families fitted to them.",
+                short_name(*property)
             ),
             format!(
                 "The chosen {} distribution has the mean {mean:.3} and the standard deviation {sd:.3}.",
@@ -140,7 +140,11 @@ pub(super) fn soil(figures: &mut Figures, material: &Material<'_>) -> Result<(),
         let (a, b) = (properties[i].name(), properties[j].name());
         figures.chart(
             format!("soil-pair-{}-{}", a.replace('_', "-"), b.replace('_', "-")),
-            format!("{a} and {b}: the tests, and 600 draws from the chosen marginals and copula."),
+            format!(
+                "Pairs of {} and {}: the tests, and 600 draws from the chosen marginals and copula.",
+                short_name(properties[i]),
+                short_name(properties[j])
+            ),
             format!(
                 "The chosen {} copula has a Kendall's tau of {:.3} between the two.",
                 material.spec.copula.family().name(),
@@ -239,8 +243,8 @@ pub(super) fn samples(
     figures.chart(
         "exceedance",
         format!(
-            "Probability that the runout exceeds a distance: given failure (with pointwise {percent_level} interval), \
-             and with the stable realisations included (dashed)."
+            "Probability that the runout exceeds a distance: given failure (with pointwise {percent_level} interval){}.",
+            if analysis.estimate.stable > 0 { ", and with the stable realisations included (dashed)" } else { "" }
         ),
         distances.clone(),
         &runout::exceedance(analysis, false, mean_run),

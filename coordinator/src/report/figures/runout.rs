@@ -112,12 +112,14 @@ pub(super) fn exceedance(analysis: &Analysis, logarithmic: bool, mean_run: Optio
             SERIES[0],
             "given failure",
         ),
-        Series::new(
+    ];
+    if analysis.estimate.stable > 0 {
+        series.push(Series::new(
             Layer::Dashed(steps(start, points.iter().map(|p| (p.distance_m, p.unconditional)))),
             GREY,
             "stable included",
-        ),
-    ];
+        ));
+    }
     for family in analysis.families.iter().filter(|f| f.method == Method::Likelihood) {
         if logarithmic || family.best {
             let line = curve(0.0, right, |x| family.exceedance(x));

@@ -118,6 +118,7 @@ fn simulate_prints_one_document_and_writes_a_series() {
     let listed = list.matches("file=\"series/").count();
     let written = std::fs::read_dir(desk.path("slide/series")).expect("the series is written").count();
     assert!(listed == written && listed > 2, "{listed} listed, {written} written");
+    assert!(desk.path("slide/grid.vtu").is_file());
     for picture in ["section.png", "fields.png", "displacement.png", "plastic-strain.png"] {
         let bytes = std::fs::read(desk.path("slide").join(picture)).expect("the picture is written");
         assert_eq!(bytes[..4], *b"\x89PNG");

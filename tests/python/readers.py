@@ -72,6 +72,27 @@ def check_series():
     assert len(np.unique(np.round(places), axis=0)) == outcome["points"], "one point a place"
 
 
+def check_grid():
+    """The background grid: squares that share their corners and hold the soil, as many points in each full one."""
+    grid = meshio.read("slide/grid.vtu")
+    assert [block.type for block in grid.cells] == ["quad"]
+    corners = grid.points[grid.cells[0].data][:, :, :2]
+    sides = np.roll(corners, -1, axis=1) - corners
+    # Lower side, right side, upper side, left side.
+    side = sides[0, 0, 0]
+    np.testing.assert_allclose(sides, side * np.array([[[1, 0], [0, 1], [-1, 0], [0, -1]]]) + 0 * sides, atol=1e-9)
+    columns, rows = np.round(np.ptp(grid.points[:, :2], axis=0) / side).astype(int)
+    assert len(corners) == columns * rows and len(grid.points) == (columns + 1) * (rows + 1)
+    least, most = grid.points[:, :2].min(axis=0), grid.points[:, :2].max(axis=0)
+    moments = series()
+    for _, mesh in moments:
+        assert (mesh.points[:, :2] > least).all() and (mesh.points[:, :2] < most).all()
+    began = moments[0][1].points - moments[0][1].point_data["displacement_m"]
+    _, counts = np.unique(np.floor((began[:, :2] - least) / side), axis=0, return_counts=True)
+    spacing = np.sqrt(np.median(moments[0][1].point_data["volume_m2"]))
+    assert np.median(counts) == np.round((side / spacing) ** 2), (np.median(counts), side, spacing)
+
+
 def check_outcomes():
     with open("status.json") as file:
         status = json.load(file)
@@ -98,5 +119,6 @@ def check_outcomes():
 
 
 check_series()
+check_grid()
 check_outcomes()
 print("readers agree")

@@ -11,12 +11,13 @@ use crate::picture::setting::Setting;
 use crate::picture::soil::{Panel, SoilPicture, range};
 use crate::picture::{self, PictureError};
 use crate::replays::Scene;
-use crate::vtu::{PointArray, pvd, vtu};
+use crate::vtu::{self, PointArray, pvd, vtu};
 use film::Film;
 use runout_core::campaign::Model;
 use runout_core::outcome::{Outcome, OutcomeKind, Reason};
 use runout_core::realisation::{PointProperties, Snapshot};
 use runout_core::site::Property;
+use runout_core::slope;
 use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -126,6 +127,7 @@ impl Gallery {
             write(&path, bytes).map(|()| written.push(path))
         };
         put("series.pvd", pvd(&self.moments).as_bytes())?;
+        put("grid.vtu", &vtu::grid(&slope::grid(&model.slope, &model.mesh)))?;
         put("section.png", &picture::png(&Section::of(model))?)?;
         let [x0, y0] = [wide(&scene.x0), wide(&scene.y0)];
         put("fields.png", &picture::png(&fields(model, random, what, &x0, &y0, &properties))?)?;

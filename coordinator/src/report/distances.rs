@@ -135,7 +135,39 @@ pub(super) fn how_far(analysis: &Analysis, figures: &[Figure]) -> String {
          and largest over all families by maximum likelihood; <i>supported fits</i>: over both methods, among those with an AIC \
          within 10 of the best.",
     ));
-    html + &by_family(analysis)
+    html + &whole_slope(analysis) + &by_family(analysis)
+}
+
+/// The distances of the whole slope, stable realisations included, where there are any.
+fn whole_slope(analysis: &Analysis) -> String {
+    if analysis.estimate.stable == 0 {
+        return String::new();
+    }
+    let row = |d: &Distance| {
+        let all = &d.unconditional;
+        let cells = vec![
+            percent(d.probability),
+            all.distance_m.map_or_else(dash, metres),
+            all.interval_m.map_or_else(dash, |i| interval(i, metres)),
+            all.upper_bound_m.map_or_else(dash, metres),
+            d.unconditional_m.map_or_else(dash, metres),
+        ];
+        (false, cells)
+    };
+    let rows: Vec<(bool, Vec<String>)> = analysis.distances.iter().map(row).collect();
+    captioned(
+        "Distances (m) exceeded whether the slope fails or not: stable realisations count as 0",
+        &table(
+            &[
+                "exceeded with",
+                "read off all",
+                "their interval",
+                "upper bound",
+                "best family and share that fails",
+            ],
+            &rows,
+        ),
+    )
 }
 
 fn every_way(distance: &Distance) -> Vec<String> {

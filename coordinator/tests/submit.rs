@@ -10,7 +10,11 @@ const CAMPAIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../campaigns/quick/
 /// empty folder.
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::copy(env!("CARGO_BIN_EXE_runout"), folder.path().join("runout")).unwrap();
+    // Not by this process: what another test starts meanwhile would hold the new file open for writing, and it could not be
+    // executed ("text file busy").
+    let copied =
+        Command::new("cp").arg(env!("CARGO_BIN_EXE_runout")).arg(folder.path().join("runout")).status();
+    assert!(copied.unwrap().success());
     fs::write(folder.path().join("runout-worker"), "").unwrap();
     fs::create_dir(folder.path().join("slope 7")).unwrap();
     folder

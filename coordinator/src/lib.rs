@@ -3,7 +3,7 @@
 //! In the order of the data's way:
 //!
 //! 1. [`load`] reads what the user wrote, with [`overrides`] of single keys; [`schema`] describes it; [`advice`] says what may be wrong with it although it is allowed.
-//! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] (with the [`essence`] of outcomes) decide what is run next and when
+//! 2. [`run_directory`], [`store`] and [`events`] keep a campaign's files, [`queue`] and [`engine`] (with the [`essence`] of outcomes, if they are as [`expected`]) decide what is run next and when
 //!    it is enough, [`rulings`] whom to believe, [`service`] and [`serve`] (with what is [`shared`]) and [`local`] let workers take part, [`listen`] lets
 //!    in whom [`tls`] has certified, within [`limits`], [`status`], [`seen`], [`progress`], [`history`], [`page`] and [`logs`]
 //!    tell, [`verify`] checks; [`submit`] hands all that to a batch system.
@@ -21,6 +21,7 @@ pub mod difference;
 pub mod engine;
 pub mod essence;
 pub mod events;
+pub mod expected;
 pub mod history;
 pub mod limits;
 pub mod listen;

@@ -2,6 +2,7 @@
 
 use crate::engine::{Step, Verdict};
 use crate::events::What;
+use crate::expected;
 use crate::limits;
 use crate::listen::{Notes, Right};
 use crate::machine::Machine;
@@ -84,6 +85,7 @@ impl Service {
             return Err(tonic::Status::failed_precondition("the report is of another campaign"));
         }
         let outcome = convert::decode_outcome(request.outcome).map_err(invalid)?;
+        expected::check(&self.shared.campaign.model, &outcome).map_err(tonic::Status::invalid_argument)?;
         let (index, attempt, wall_s) = (outcome.index, request.attempt, request.wall_s);
         let step = self
             .shared

@@ -51,7 +51,11 @@ fn take(time: Duration, progress: &Progress) -> Result<(), Cancelled> {
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        std::thread::sleep(left.min(Duration::from_millis(1)));
+        // A sleep ends late; the last of it is waited for awake, so that the time is what was asked for.
+        match left.checked_sub(Duration::from_micros(200)).filter(|nap| !nap.is_zero()) {
+            Some(nap) => std::thread::sleep(nap.min(Duration::from_millis(1))),
+            None => std::hint::spin_loop(),
+        }
     }
     Ok(())
 }

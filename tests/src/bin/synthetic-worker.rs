@@ -51,11 +51,7 @@ fn take(time: Duration, progress: &Progress) -> Result<(), Cancelled> {
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        // A sleep ends late; the last of it is waited for awake, so that the time is what was asked for.
-        match left.checked_sub(Duration::from_micros(200)).filter(|nap| !nap.is_zero()) {
-            Some(nap) => std::thread::sleep(nap.min(Duration::from_millis(1))),
-            None => std::hint::spin_loop(),
-        }
+        std::thread::sleep(left.min(Duration::from_millis(1)));
     }
     Ok(())
 }

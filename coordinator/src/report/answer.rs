@@ -157,7 +157,9 @@ fn rear_wall_in_words(model: &Model, retreats_m: &[f64]) -> Option<String> {
     let reached = retreats_m.iter().filter(|retreat_m| **retreat_m > room_m - model.mesh.cell_size_m).count();
     (reached > 0).then(|| {
         format!(
-            "<b>Note:</b> in {reached} of {} samples the ground moved back to the rear wall, {} m behind the crest's edge. More              would have moved without it: retreat, moved area and perhaps the runout are lower bounds there, and the              campaign needs more ground behind the crest.",
+            "<b>Note:</b> in {reached} of {} samples the ground moved back to the rear wall, {} m behind the crest's edge. More \
+             would have moved without it: retreat, moved area and perhaps the runout are lower bounds there, and the \
+             campaign needs more ground behind the crest.",
             retreats_m.len(),
             significant(room_m, 4)
         )

@@ -40,15 +40,18 @@ pub(super) fn in_short(analysis: &Analysis) -> String {
         header.push("failed or not");
     }
     let rarer = captioned("Runout that few slides exceed", &table(&header, &rows));
-    contradiction(analysis).map_or(rarer.clone(), |words| rarer + &paragraph(words))
+    match contradiction(analysis) {
+        Some(words) => rarer + &paragraph(words),
+        None => rarer,
+    }
 }
 
 /// The distance, its interval, and what it comes from.
 fn given_failure(analysis: &Analysis, distance: &Distance) -> Option<(String, String, String)> {
     let metre = |value: f64| format!("{} m", metres(value));
-    if let Some((metres_, ends)) = distance.empirical.settled_m() {
+    if let Some((own_m, ends)) = distance.empirical.settled_m() {
         let origin = format!("the {} samples themselves", analysis.estimate.samples);
-        return Some((metre(metres_), format!("{} m", interval(ends, metres)), origin));
+        return Some((metre(own_m), format!("{} m", interval(ends, metres)), origin));
     }
     let fitted = distance.fitted.as_ref()?;
     let ends = fitted.interval_m.map_or_else(dash, |ends| format!("{} m", interval(ends, metres)));
